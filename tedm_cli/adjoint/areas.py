@@ -17,12 +17,14 @@ class Warmed:
 
     grid : [n], rows of the grids; what takes the temperatures of its grids takes the step from them.
     element : [m], rows of the shells, bars and rods that have the step by themselves.
+    step : [n], of these grids, where they do not all have 1: a field, whose elements all follow their grids.
     gradient : [m, 2], 1, of these elements in planes 1 and 2, where the unit is K/m; None of a mean temperature in K.
     """
 
     grid: IntArray
     element: IntArray
     gradient: FloatArray | None = None
+    step: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,7 +47,8 @@ class Temperatures:
             of_elements = self.mean[:, area.element]
         else:
             of_elements = np.einsum("rmp,mp->rm", self.gradient[:, area.element], area.gradient)
-        return np.concatenate([self.grid[:, area.grid], of_elements], axis=1)
+        of_grids = self.grid[:, area.grid]
+        return np.concatenate([of_grids if area.step is None else of_grids * area.step, of_elements], axis=1)
 
     def sums(self, areas: Sequence[Warmed]) -> FloatArray:
         """Sensitivity [r, k] to the areas; the structure's share of S_SG and N."""

@@ -150,7 +150,8 @@ def export_extremal(
     """Write the correlations at the bounds of a case.
 
     A CSV matrix for each bound and output, and cases.toml with cases that name them: append it to your own cases file,
-    run them, and their noise is at the bounds.
+    run them, and their noise is at the bounds. Of a case of the thermal network the matrices are of its nodes, with the
+    spectra that the network gives them; no case takes these.
     """
     from tedm_cli.cli.printing.extremal import extremal_dict, extremal_lines
     from tedm_cli.stages.exports.extremal import export_extremal as stage

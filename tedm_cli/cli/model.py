@@ -53,6 +53,14 @@ def write_deck(
             " subcase of SPCD, GRAV, FORCE and MOMENT for each.",
         ),
     ] = False,
+    thermal_nodes: Annotated[
+        bool,
+        typer.Option(
+            "--thermal-nodes",
+            help="Write the deck of the thermal nodes of [map] in the thermal model's file instead, thermal_nodes.bdf"
+            " beside the unit-load deck: one subcase of TEMP cards for each.",
+        ),
+    ] = False,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -61,10 +69,21 @@ def write_deck(
 
     One subcase of +1 K per thermal area (+1 K/m of one under a gradient), and one that warms all areas together, on the
     model's own bulk data and constraints. What it drops from the case control is listed. The results of a deck of
-    --adjoint or --loads are taken by --op2 of `build-adjoint` or `build-loads`.
+    --adjoint or --loads are taken by --op2 of `build-adjoint` or `build-loads`, those of --thermal-nodes by
+    `build-thermal`, where [map] names them as its `results`.
     """
-    if adjoint and loads:
-        raise UsageError("--adjoint and --loads are two decks", hint="write one after the other")
+    chosen = [
+        name for name, on in (("--adjoint", adjoint), ("--loads", loads), ("--thermal-nodes", thermal_nodes)) if on
+    ]
+    if len(chosen) > 1:
+        raise UsageError(f"{' and '.join(chosen)} are {len(chosen)} decks", hint="write one after the other")
+    if thermal_nodes:
+        from tedm_cli.cli.printing.thermal import node_deck_dict, node_deck_lines
+        from tedm_cli.stages.thermal.deck import write_node_deck
+
+        of_nodes = write_node_deck(open_project(config, build_dir, verbose), output)
+        answer(as_json, quiet, lambda: node_deck_lines(of_nodes), lambda: node_deck_dict(of_nodes))
+        return
     if loads:
         from tedm_cli.cli.printing.loads import loads_deck_dict, loads_deck_lines
         from tedm_cli.stages.loads.deck import write_loads_deck

@@ -121,8 +121,8 @@ def view(
 ) -> None:
     """Write view.html: the model in 3-D, to warm and turn.
 
-    What happens when an area warms: the deformed model, sliders for the temperatures, and every output. The page needs
-    no other file and no network.
+    What happens when an area or a thermal node warms: the deformed model, sliders for the temperatures, and every
+    output. The page needs no other file and no network.
     """
     from tedm_cli.cli.printing.written import view_dict, view_lines
     from tedm_cli.progress import progress

@@ -38,7 +38,7 @@ def build_thermal(
 
     From its nodes and conductors, with radiation, and the spectra of what disturbs it: boundary temperatures and
     powers. Each gain has the low-pass that fits it best. Where the thermal nodes lie on the model, also what a kelvin
-    of each does to the outputs.
+    of each does to the outputs, and to every grid: the displacements under each node.
     """
     from tedm_cli.cli.printing.thermal import thermal_dict, thermal_lines
     from tedm_cli.progress import progress

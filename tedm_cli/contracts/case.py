@@ -130,6 +130,15 @@ class _NoiseDatasets(AreaDatasets):
     CONTRIBUTION_FREQUENCY = Dataset(
         "/contribution/frequency", ("output",), "float", "Hz", "frequency of the contributions"
     )
+    CONTRIBUTION_WEIGHT = Dataset(
+        "/contribution/weight",
+        ("output", "area"),
+        "float",
+        "K/sqrt(Hz) over /output/unit per sqrt(Hz)",
+        "of a case of the thermal network: the share of a term of the output in its PSD is this times its row per K",
+        optional=True,
+        group="weight",
+    )
     CONTRIBUTION_AMPLITUDE = Dataset(
         "/contribution/amplitude/{output}",
         ("area",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tedm_cli.contracts.moved import MovedOperators
 from tedm_cli.contracts.spec import (
     ACCELERATIONS,
     BASIC,
@@ -26,7 +27,7 @@ AT_REST = (
 )
 
 
-class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
+class SensitivityFile(MovedOperators, AreaPlaces, AreaDatasets, GridIds, FileKind):
     """Its datasets by name; `SENSITIVITY` is the kind of file."""
 
     S = Dataset(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tedm_cli.contracts.node_displacements import NodeDisplacements
 from tedm_cli.contracts.spec import BASIC, FLAG, NAMES, Dataset, FileKind, Values
 
 KINDS_OF_NODE = ("diffusive", "arithmetic", "boundary")
@@ -9,7 +10,7 @@ KINDS_OF_DISTURBANCE = ("temperature", "power")
 _NETWORK, _DISTURBED, _MAPPED, _PLACED, _WARMED = "network", "disturbed", "mapped", "placed", "warmed"
 
 
-class ThermalFile(FileKind):
+class ThermalFile(NodeDisplacements, FileKind):
     """Its datasets by name; `THERMAL` is the kind of file."""
 
     NODE_NAME = Dataset(
@@ -265,10 +266,10 @@ class ThermalFile(FileKind):
         ("grid",),
         "int",
         "1",
-        "grids of the model, where the network has all nodes that lie on it",
+        "grids of the model, of what is on them",
         optional=True,
         values=Values(ascending=True, least=1),
-        group=_WARMED,
+        group="grids",
     )
     MAP_STEADY_K = Dataset(
         "/map/steady_K",

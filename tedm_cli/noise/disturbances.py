@@ -23,6 +23,7 @@ class DisturbanceContributions:
     share : [n_out, u], part of the PSD at the frequency of `Contributions`; negative where a disturbance that is
         correlated with others cancels them. band_share : of the power in the band.
     asd : [n_out, u, F], amplitude spectral density of the output by each disturbance alone, unit of the output/√Hz.
+    weights : [n_out, k], at the frequency of `Contributions`, of the columns: `NetworkOutputs.share_weights`.
     level_factor : [verdicts, u], the factor on the level of each disturbance, the others unchanged, that just meets the
         requirement; infinite where the output does not feel it, NaN where this disturbance alone cannot do it.
     """
@@ -32,6 +33,7 @@ class DisturbanceContributions:
     band_share: FloatArray
     asd: FloatArray
     level_factor: FloatArray
+    weights: FloatArray
 
 
 def disturbance_contributions(
@@ -41,8 +43,10 @@ def disturbance_contributions(
     f, names, factor = noise.frequency_hz, noise.source.disturbances, noise.source.factor
     share = np.zeros((len(noise.rows), len(names)))
     band_share = np.zeros_like(share)
+    weights = np.zeros_like(noise.rows)
     for o in range(len(noise.rows)):
         one = noise.of(noise.rows[o : o + 1])
+        weights[o] = one.at(found.frequency_hz[o : o + 1]).share_weights()[0]
         low, high = found.band_hz[o]
         inside = f[(f >= low * (1.0 - 1e-9)) & (f <= high * (1.0 + 1e-9))]
         for out, at in ((share, found.frequency_hz[o : o + 1]), (band_share, inside)):
@@ -58,7 +62,7 @@ def disturbance_contributions(
             rest = np.delete(driven, d, axis=1) @ np.delete(factor, d, axis=0)
             level[v, d] = scale_to_meet(own, rest.T, limit)
     asd = np.abs(noise.by_disturbance).transpose(0, 2, 1)
-    return DisturbanceContributions(names, share, band_share, asd, level)
+    return DisturbanceContributions(names, share, band_share, asd, level, weights)
 
 
 @dataclass(frozen=True, eq=False)

@@ -178,10 +178,22 @@ class NetworkOutputs:
 
     def area_powers(self) -> FloatArray:
         """Part [n_out, k] of each column in the PSD at one frequency, or in the power over n of them."""
+        return np.asarray(self.rows * self._with_columns())
+
+    def share_weights(self) -> FloatArray:
+        """At one frequency weights [n_out, k] as `contributions.share_weights`: r · w is the share of any term r [k].
+
+        They are Re(ΔT y*)/S of the columns' temperatures ΔT; 0 where there is no noise.
+        """
+        found, power = self._with_columns(), self.psd()
+        return np.divide(found, power, out=np.zeros_like(found), where=power > 0.0)
+
+    def _with_columns(self) -> FloatArray:
+        """Re(ΔT y*) [n_out, k] of the temperatures of the columns, at one frequency, or over n of them."""
         weight = trapezoid(self.frequency_hz)
         partner = (self.fields.conj() @ self.source.factor.T) * weight[:, None]
         flat = self._driven.reshape(len(self._driven), -1)
-        return np.asarray(self.rows * np.real(partner.reshape(len(self.rows), -1) @ flat.T))
+        return np.asarray(np.real(partner.reshape(len(self.rows), -1) @ flat.T))
 
     def path_powers(self) -> FloatArray:
         """Part [p] of each of the p outputs in their sum, at one frequency, or in the power over n of them."""

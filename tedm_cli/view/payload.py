@@ -29,7 +29,7 @@ class Limits:
 class VerdictView:
     """One verdict of a case: places of its output and of its limit, the largest ratio and where, and two patterns.
 
-    asd : [F], of the output, without the safety factor. typical, worst : [k] K/√Hz at `hz`.
+    asd : [F], of the output, without the safety factor. typical, worst : [k] K/√Hz at `hz`, of all columns.
     """
 
     output: int
@@ -40,6 +40,21 @@ class VerdictView:
     pattern_hz: float
     typical: FloatArray
     worst: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """Thermal nodes: names, groups and sides of the shield [n], and outputs [n_out, n] per kelvin of each."""
+
+    name: Sequence[str]
+    group: Sequence[str]
+    shield: Sequence[str]
+    rows: FloatArray
+
+    @classmethod
+    def none(cls, outputs: int) -> Nodes:
+        """No nodes."""
+        return cls((), (), (), np.zeros((outputs, 0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +72,7 @@ class Film:
 
 @dataclass(frozen=True, eq=False)
 class CaseView:
-    """One correlation case. `film` is None where its noise cannot be realised."""
+    """One correlation case. `film` is None where its noise cannot be realised; `nodes`: it is of thermal nodes."""
 
     id: str
     title: str
@@ -66,6 +81,7 @@ class CaseView:
     safety_factor: float
     temperature: str
     silent: IntArray
+    nodes: bool
     verdicts: Sequence[VerdictView]
     film: Film | None
 
@@ -87,11 +103,14 @@ class Box:
 class Drawing:
     """What is drawn: mesh, bench, boxes.
 
-    position : [n, 3] m, of the mesh's grids. motion : [k, n, 3] m/K in 16 bits, as [k, 3 n], x of all grids first.
-    grids : of the model in all. colour : [k, 3], RGB of each area.
+    face_node, line_node : [F] and [L], the column of the thermal node that each face and line of the mesh is in, of its
+    area where it is in none; -1: none. position : [n, 3] m, of the mesh's grids. motion : [k, n, 3] m/K in 16 bits, as
+    [k, 3 n], x of all grids first. grids : of the model in all. colour : [k, 3], RGB of each column.
     """
 
     mesh: DrawnMesh
+    face_node: IntArray
+    line_node: IntArray
     position: FloatArray
     motion: Quantised
     grids: int
@@ -104,6 +123,8 @@ class Drawing:
 class ViewModel:
     """All of a page. `sources`: file names with their SHA-256; `version` of tedm; `output_titles`: in plain words.
 
+    `outputs`: of the k thermal areas; `nodes` are columns behind these.
+
     `half`: what is not there of a project with one half of the chain, or "".
     """
 
@@ -111,6 +132,7 @@ class ViewModel:
     version: str
     sources: Sequence[tuple[str, str]]
     outputs: Outputs
+    nodes: Nodes
     output_titles: Sequence[str]
     limits: Limits
     cases: Sequence[CaseView]
@@ -124,25 +146,32 @@ def planes(motion: FloatArray) -> FloatArray:
     return np.ascontiguousarray(motion.transpose(0, 2, 1)).reshape(len(motion), -1)
 
 
+def nodes_of(group: str) -> str:
+    """The group of thermal nodes in areas of a group."""
+    return f"{group}, thermal nodes" if group else "thermal nodes"
+
+
 def payload(view: ViewModel) -> dict[str, Any]:
     """The same for JSON. Sensitivities, patterns and spectra keep all their digits."""
-    areas, outputs = view.outputs.areas, view.outputs
+    areas, outputs, nodes = view.outputs.areas, view.outputs, view.nodes
     return {
         "title": view.title,
         "version": view.version,
         "half": view.half,
         "sources": [{"name": name, "sha256": sha256} for name, sha256 in view.sources],
         "areas": {
-            "name": areas.name.tolist(),
-            "group": areas.group_by_unit.tolist(),
-            "unit": areas.unit,
-            "shield": areas.shield.tolist(),
+            "name": [*areas.name.tolist(), *nodes.name],
+            "count": len(areas),
+            "group": [*areas.group_by_unit.tolist(), *map(nodes_of, nodes.group)],
+            "base": [*areas.group_by_unit.tolist(), *nodes.group],
+            "unit": [*areas.unit, *["K"] * len(nodes.name)],
+            "shield": [*areas.shield.tolist(), *nodes.shield],
         },
         "outputs": {
             "label": list(outputs.labels),
             "title": list(view.output_titles),
             "unit": list(outputs.units),
-            "rows": numbers(outputs.rows),
+            "rows": numbers(np.concatenate([outputs.rows, nodes.rows], axis=1)),
         },
         "limits": {
             "frequency": numbers(view.limits.frequency_hz),
@@ -165,6 +194,7 @@ def _case(case: CaseView) -> dict[str, Any]:
         "safety": case.safety_factor,
         "temperature": case.temperature,
         "silent": case.silent.tolist(),
+        "nodes": case.nodes,
         "verdicts": [
             {
                 "output": v.output,
@@ -206,6 +236,8 @@ def _drawing(d: Drawing) -> dict[str, Any]:
             "faceArea": places(d.mesh.face_area),
             "line": places(d.mesh.line),
             "lineArea": places(d.mesh.line_area),
+            "faceNode": places(d.face_node),
+            "lineNode": places(d.line_node),
         },
         "bench": {
             "position": coordinates(d.bench.position),

@@ -27,8 +27,8 @@ from tedm_cli.nastran.reading import cross_reference, deck_files, read_deck
 from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.nastran.structure.material_use import material_use
 from tedm_cli.progress import silent
-from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import coupled_structure, warmed_model
+from tedm_cli.stages.material_changes import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.masses import distribution_of
 

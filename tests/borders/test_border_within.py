@@ -105,7 +105,7 @@ def test_figures_and_page_take_the_case(bench: Project) -> None:
         named = [text.get_text() for text in figure.axes[1].get_yticklabels()]
         assert set(named) >= {"bench grad x", "bench grad y", "bench grad z"}
         outputs = read_outputs(project)
-        three, of = case_views(project, results, outputs, silent)
+        three, of = case_views(project, results, outputs, None, silent)
         assert "move nothing on this page" in of.reason
         assert "page" not in three.reason
         assert len(of.silent) == len(outputs.areas) == 28

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import json
 import re
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -135,7 +137,6 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     assert "disturbances: electronics_1 " in out
     assert "level of a disturbance that just meets it: panel_minus_x x " in out
     assert re.search(r"correlation of case T at 1 mHz: case \w+ resembles it best", out)
-    assert "uncertain of it are levels of disturbances alone" in out
     told = json.loads(command(sample, "run-case", "T", "-v", "--json", "-o", tmp_path / "t.h5").ok().out)
     (one,) = told["cases"] if isinstance(told, dict) else told
     assert "1" in one["deviation_from_case"]
@@ -145,16 +146,39 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     tedm("show", sample.build_dir / "caseT.h5").ok()
     build = ("-d", sample.build_dir)
     tedm("export-case", "T", "--format", "csv", "-o", tmp_path / "csv", *build).ok()
-    tedm("export-extremal", "T", "-o", tmp_path / "e", *build).refused(2, "thermal nodes in place of areas")
+    said = tedm("export-extremal", "T", "--of", READ_OUT, "-o", tmp_path / "e", *build).ok().out
+    assert "no case takes them" in said
+    reaches_its_bound(sample, tmp_path / "e")
     mesh = tmp_path / "mesh.vtu"
-    tedm("export-vtu", "--case", "T", "-o", mesh, *build).refused(2, "the displacements on the mesh are of areas")
     tedm("export-vtu", "-o", mesh, *build).ok()  # of nothing: the only verdicts are of thermal nodes
-    assert mesh.exists()
+    assert "_caseT" not in mesh.with_name("mesh_arrays.csv").read_text()
+    tedm("export-vtu", "--case", "T", "--of", "TM1_a_x-TM2_a_x", "-o", mesh, *build).ok()
+    assert "share_TM1_a_x-TM2_a_x_caseT" in mesh.with_name("mesh_arrays.csv").read_text()
+    tedm("export-vtu", "--case", "T", "-o", mesh, *build).ok()
+    assert re.search(r"share_\w+_caseT", mesh.with_name("mesh_arrays.csv").read_text())
     system = command(sample, "export-state-space", "T", "--json", "-o", tmp_path / "system").ok()
     told = json.loads(system.out)
     (made,) = told if isinstance(told, list) else told["cases"]
     assert made["states"] > 60
     assert made["output_deviation"] < 1e-3
+
+
+def reaches_its_bound(sample: Project, folder: Path) -> None:
+    """The spectra of the nodes with the correlations of the files make the bounds of the case file."""
+    names = {"minimum", "maximum_non_negative", "maximum"}
+    assert {path.name for path in folder.iterdir()} == {f"{READ_OUT}_{name}.csv" for name in names}
+    with h5py.File(sample.build_dir / "caseT.h5") as case, h5py.File(sample.build_dir / "thermal.h5") as t:
+        at = case["output/label"].asstr()[:].tolist().index(READ_OUT)
+        f = int(np.abs(case["frequency"][:] - case["contribution/frequency"][at]).argmin())
+        row = t["sensitivity"][t["row/label"].asstr()[:].tolist().index(READ_OUT)]
+        h = row * case["temperature/asd"][:][case["temperature/spectrum"][:], f]
+        for name in names:
+            head, *lines = list(csv.reader((folder / f"{READ_OUT}_{name}.csv").open()))
+            assert head[1:] == t["map/node"].asstr()[:].tolist()
+            matrix = np.array([line[1:] for line in lines], dtype=float)
+            assert np.linalg.eigvalsh(matrix).min() > -1e-9
+            wanted, size = case[f"bounds/{name}/{READ_OUT}"][f], np.abs(h).sum() ** 2
+            np.testing.assert_allclose(h @ matrix @ h, wanted, rtol=1e-9, atol=1e-12 * size)
 
 
 def test_the_report_tells_it_beside_the_others(sample: Project) -> None:
@@ -262,6 +286,21 @@ def test_becomes_the_case_of_areas(small: Project, shipped: str, tmp_path: Path,
             np.testing.assert_allclose(t[f"psd/{label}"][:], case[f"psd/{label}"][:], rtol=1e-6)
         np.testing.assert_allclose(t["contribution/share"][:], case["contribution/share"][:], rtol=1e-5, atol=1e-9)
         np.testing.assert_allclose(t["improvement/matched"][:], case["improvement/matched"][:], rtol=2e-5)
+    shares_on_the_mesh_are_those_of(project, other)
+
+
+def shares_on_the_mesh_are_those_of(project: Project, other: str) -> None:
+    """Nodes that are areas: the same share of every grid as in the case of areas, also of what the map leaves out."""
+    import meshio
+
+    mesh = project.build_dir / "m.vtu"
+    outputs = ("--of", GRAVITY, "--of", READ_OUT)
+    tedm("export-vtu", "--case", "T", "--case", other, *outputs, "-o", mesh, "-d", project.build_dir).ok()
+    found = meshio.read(mesh).point_data
+    for label in (GRAVITY, READ_OUT):
+        share, wanted = (found[f"share_{label}_case{case}"] for case in ("T", other))
+        assert abs(wanted.sum() - 1.0) < 0.2  # what is at no grid is small
+        np.testing.assert_allclose(share, wanted, rtol=0.0, atol=1e-5 * np.abs(wanted).max())
 
 
 def changed(path: Path, old: str, new: str) -> None:
@@ -275,9 +314,6 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
     shutil.copytree(sample.file.path.parent, tmp_path / "p")
     project = load_project(tmp_path / "p" / "tedm.toml", tmp_path / "p" / "build")
     folder, thermal = tmp_path / "p", tmp_path / "p" / "build" / "thermal.h5"
-    changed(folder / "cases.toml", "points = 301", "points = 300")
-    command(project, "run-case", "T").refused(4, "has no gains at", hint="leave [frequency] out")
-    changed(folder / "cases.toml", "points = 300", "points = 301")
     changed(folder / "thermal.toml", "level_K = 2e-3", "level_K = 3e-3")
     command(project, "run-case", "T").refused(4, "is stale", hint="build-thermal")
     changed(folder / "thermal.toml", "level_K = 3e-3", "level_K = 2e-3")
@@ -295,6 +331,25 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
     with (folder / "cases.toml").open("a") as file:
         file.write(gradient)
     command(project, "run-case", "T").refused(3, "whose nodes tell gradients")
+
+
+def test_frequencies_that_the_file_does_not_have(sample: Project, tmp_path: Path) -> None:
+    """The network is solved there: the same spectra as with a thermal.h5 that has them."""
+    shutil.copytree(sample.file.path.parent, tmp_path / "p")
+    project = load_project(tmp_path / "p" / "tedm.toml", tmp_path / "p" / "build")
+    changed(tmp_path / "p" / "cases.toml", "points = 301", "points = 40")
+    found = []
+    for words in ((), ("build-thermal",)):
+        if words:
+            command(project, *words).ok()
+        command(project, "run-case", "T").ok()
+        with h5py.File(project.build_dir / "caseT.h5") as case:
+            found.append((case[f"psd/{GRAVITY}"][:], case[f"psd/{READ_OUT}"][:], case["frequency"][:]))
+            told = case["temperature/model"].asstr()[()]
+        assert ("that thermal.h5 does not have" in told) == (not words)
+    assert len(found[0][2]) < 50
+    for solved, known in zip(*found, strict=True):
+        np.testing.assert_allclose(solved, known, rtol=1e-10)
 
 
 def test_the_chain_makes_it_from_the_network(sample: Project) -> None:
@@ -402,6 +457,48 @@ def test_report_of_the_network(reported: Project) -> None:
     assert f"from {np.nanmin(grids):.2f} K" in section
     assert "The cases assume order 2 and 1 mHz" in section
     assert "| thermal.h5 |" in annex
+
+
+def unpacked(packed: dict[str, Any]) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(packed["float64"])).reshape(packed["shape"])
+
+
+def test_the_page_shows_the_case(reported: Project) -> None:
+    """`tedm view`: nodes are columns behind the areas. The typical pattern of an output makes one amplitude of it."""
+    out = command(reported, "view").ok().out
+    assert "without" not in out
+    text = (reported.build_dir / "view.html").read_text(encoding="utf-8")
+    found = re.search(r'<script type="application/json" id="content">(.*?)</script>', text, re.S)
+    assert found is not None
+    page = json.loads(found[1])
+    with h5py.File(reported.build_dir / "thermal.h5") as t, h5py.File(reported.build_dir / "caseT.h5") as case:
+        nodes, k = t["map/node"].asstr()[:].tolist(), page["areas"]["count"]
+        assert page["areas"]["name"][k:] == nodes
+        rows = unpacked(page["outputs"]["rows"])
+        label, known = page["outputs"]["label"], t["row/label"].asstr()[:].tolist()
+        both = [o for o in label if o in known]
+        np.testing.assert_array_equal(
+            rows[[label.index(o) for o in both], k:], t["sensitivity"][:][[known.index(o) for o in both]]
+        )
+        moved = page["drawing"]["mesh"]["scale"]
+        largest = np.abs(t["D/translation"][:]).max(axis=(1, 2))
+        assert (unpacked(moved)[k:] * 32767 <= largest * (1 + 1e-12)).all()
+        assert (unpacked(moved)[k:] * 32767 > 0.3 * largest).all()  # of the surface
+        shown = next(c for c in page["cases"] if c["id"] == "T")
+        assert shown["nodes"]
+        assert shown["film"]["steps"]["shape"][0] == k + len(nodes)
+        frequency = case["frequency"][:]
+        for verdict in shown["verdicts"]:
+            typical, worst = unpacked(verdict["typical"]), unpacked(verdict["worst"])
+            assert not typical[:k].any()
+            at = int(np.abs(frequency - verdict["patternHz"]).argmin())
+            sigma = unpacked(verdict["asd"])[at]
+            assert rows[verdict["output"]] @ typical == pytest.approx(sigma, rel=1e-12)
+            psd = case[f"bounds/maximum/{label[verdict['output']]}"][at]
+            assert rows[verdict["output"]] @ worst == pytest.approx(np.sqrt(psd), rel=1e-12)
+        scale = unpacked(shown["film"]["scale"])
+        assert not scale[:k].any()
+        assert scale[k:].any()
 
 
 def test_a_stale_network_is_not_drawn(reported: Project, tmp_path: Path) -> None:

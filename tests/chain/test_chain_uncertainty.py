@@ -287,21 +287,21 @@ def test_what_the_deck_lacks_is_refused(built: Project, tmp_path: Path, old: str
     asked = load_model(path)[1]
     assert asked.uncertainty != model.uncertainty
     outputs = case_setting(built, *load_cases(built.cases)).all_outputs
-    derivatives = room._derivatives(built, built.build_dir / "adjoint.h5", outputs)
+    derivatives = room.read_of_areas(built, built.build_dir / "adjoint.h5", outputs)
     assert isinstance(derivatives, Derivatives)
     with pytest.raises(ConfigError) as caught:
-        room._add_structure(room._Found(outputs), asked, derivatives, path)
+        room.add_structure(room.Found(outputs), asked, derivatives, path)
     for fact in facts:
         assert fact in str(caught.value)
     nothing = replace(derivatives, expansion=np.array([2e-8, 0.0, np.nan]))
     with pytest.raises(ConfigError, match=r"material 2 has no expansion .* give absolute_sigma_per_K"):
-        room._add_structure(room._Found(outputs), model, nothing, path)
+        room.add_structure(room.Found(outputs), model, nothing, path)
 
 
 def test_shells_and_properties_are_found_by_their_ids(built: Project, setting: CaseSetting, tmp_path: Path) -> None:
     """Of shells the sum over the properties that deviate together; of a property all materials that it names."""
     outputs = setting.all_outputs
-    derivatives = room._derivatives(built, built.build_dir / "adjoint.h5", outputs)
+    derivatives = room.read_of_areas(built, built.build_dir / "adjoint.h5", outputs)
     assert isinstance(derivatives, Derivatives)
     rng = np.random.default_rng(3)
     rates = rng.normal(size=(3, *derivatives.by_expansion.shape[1:]))
@@ -321,8 +321,8 @@ source = "-"
 """
     path = tmp_path / "model.toml"
     path.write_text(built.model.read_text(encoding="utf-8").replace(TABLES + POSITION, tables), encoding="utf-8")
-    found = room._Found(outputs)
-    room._add_structure(found, load_model(path)[1], with_shells, path)
+    found = room.Found(outputs)
+    room.add_structure(found, load_model(path)[1], with_shells, path)
     frames, skins = found.items
     assert (skins.of, skins.distribution, skins.measure) == ("PSHELL 4, PSHELL 11", "uniform", "half width")
     row = outputs.labels.index("A_TM2_x")

@@ -107,6 +107,7 @@ SIZES = {
     "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
     "bench": 1, "note": 1, "rigid_motion": 6, "bench_xyz": 3, "block": 2, "block_edge": 3, "block_member": 3, "tie": 1,
     "tie_edge": 2, "tie_member": 3, "area_element_member": 3, "surface_triangle": 24, "corner": 3, "plate": 2,
+    "component": 6, "moved": 1,
 }  # fmt: skip
 
 

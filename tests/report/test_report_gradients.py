@@ -234,7 +234,7 @@ def test_a_series_feeds_a_gradient_by_its_own_column_in_kelvin_per_metre(project
 def test_a_pattern_at_its_worst_moves_the_output_by_the_bound_over_means_and_gradients(project: Project) -> None:
     with open_results(project) as results, open_checked(project.build_dir / "case02.h5", CASE) as file:
         outputs = read_outputs(project)
-        views = case_views(project, results, outputs, silent)
+        views = case_views(project, results, outputs, None, silent)
         shown = next(view for view in views if view.id == "2").verdicts
         frequency = file.array(CASE.FREQUENCY)
         assert shown

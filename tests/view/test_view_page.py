@@ -154,8 +154,9 @@ def test_what_the_page_says_of_the_model(built: Built) -> None:
 
 def film_values(project: Project) -> tuple[AreaTable, np.ndarray, np.ndarray, str]:
     with open_results(project) as results:
-        areas = read_outputs(project).areas
-        (name, film), *more = series_films(project, results, areas)
+        outputs = read_outputs(project)
+        areas = outputs.areas
+        (name, film), *more = series_films(project, results, outputs, None)
     assert (name, more) == ("warm", [])
     return areas, film.time_s, film.temperature.values(), film.words
 

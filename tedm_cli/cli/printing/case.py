@@ -52,10 +52,9 @@ def _units(result: CaseResult) -> list[tuple[str, str]]:
 
 def _setting(result: CaseResult) -> str:
     noun = "thermal nodes and areas" if result.case.thermal else "areas"
-    rest = "; uncertain of it are levels of disturbances alone" if result.case.thermal else ""
     return (
         f"temperature: {result.source.words()}; {int(result.active.sum())} of {len(result.active)} {noun} in"
-        f" {count(len(result.blocks), 'block')}; ratio = safety factor {result.safety_factor:g} x noise / limit{rest}"
+        f" {count(len(result.blocks), 'block')}; ratio = safety factor {result.safety_factor:g} x noise / limit"
     )
 
 

@@ -26,8 +26,15 @@ def extremal_lines(done: Sequence[Extremal]) -> list[str]:
         for e in done
     ]
     folder = done[0].path.parent
+    head = ("output", "bound", "noise", "in case", "unit", "at mHz", "case id")
+    if not done[0].id:
+        return [
+            *table(head[:-1], [row[:-1] for row in rows], right=(2, 3, 5)),
+            f"{len(done)} matrices in {folder}: correlations of the nodes' temperatures, whose spectra stay those of"
+            " the network; no case takes them",
+        ]
     return [
-        *table(("output", "bound", "noise", "in case", "unit", "at mHz", "case id"), rows, right=(2, 3, 5)),
+        *table(head, rows, right=(2, 3, 5)),
         f"{len(done)} matrices and cases.toml in {folder}; to run them: append cases.toml to your cases file, then"
         f" `tedm run-case {done[-1].id}`",
     ]

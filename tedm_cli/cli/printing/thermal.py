@@ -11,6 +11,7 @@ from tedm_cli.results.wording import and_text, count
 if TYPE_CHECKING:
     from tedm_cli.results.thermal.file import DisturbanceResults, Spread, SteadyResults, ThermalResults
     from tedm_cli.stages.thermal.build import ThermalSummary
+    from tedm_cli.stages.thermal.deck import NodeDeckSummary
 
 _GAINS = 2  # of each disturbance
 _UNIT = {"temperature": "K/K", "power": "K/W"}
@@ -28,6 +29,8 @@ def result_lines(r: ThermalResults) -> list[str]:
     if r.mapped:
         outputs = f"; {count(r.outputs, 'output')} per kelvin of each" if r.outputs else ""
         lines.append(f"{count(len(r.mapped), 'thermal node')} on the model{outputs}")
+    if r.by_displacements is not None:
+        lines.append(f"outputs by the displacements under each node are these within {r.by_displacements:.1e}")
     if r.steady is not None and not r.disturbances:
         lines.append("nothing disturbs it: there are no gains and no spectra")
     if r.frequencies is not None:
@@ -79,6 +82,18 @@ def _row(d: DisturbanceResults) -> tuple[str, ...]:
 
 def _spread(s: Spread | None, factor: float) -> str:
     return "-" if s is None else f"{factor * s.median:.3g} ({factor * s.low:.3g} to {factor * s.high:.3g})"
+
+
+def node_deck_lines(done: NodeDeckSummary) -> list[str]:
+    """Size of the deck, and what to know."""
+    return [
+        f"{done.path}: {count(len(done.nodes), 'thermal node')}, each a field on {done.grids:,} grids",
+        *(f"note: {note}" for note in done.notes),
+    ]
+
+
+def node_deck_dict(done: NodeDeckSummary) -> dict[str, Any]:
+    return {"file": done.path, "grids": done.grids, "nodes": done.nodes, "notes": done.notes}
 
 
 def thermal_dict(done: ThermalSummary) -> dict[str, Any]:

@@ -28,7 +28,7 @@ def figure_lines(paths: Sequence[Path]) -> list[str]:
 
 def view_lines(done: ViewWritten) -> list[str]:
     """The page, its size, and how much of the model is drawn."""
-    left = f"; without {', '.join(done.left_out)}: thermal nodes are no areas" if done.left_out else ""
+    left = f"; without {', '.join(done.left_out)}: no displacements of thermal nodes" if done.left_out else ""
     still = "" if done.moving else "; at rest, for distortion.h5 has no displacements of grids"
     return [f"{done.path}: {_megabytes(done.path)}, {done.drawn:,} of {done.grids:,} grids drawn{left}{still}"]
 

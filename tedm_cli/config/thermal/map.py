@@ -87,6 +87,17 @@ class MapTable(Strict):
     conductivity_W_m_K: Conductivities = Field(
         default_factory=dict, description="Conductivity of materials to which the deck gives no MAT4."
     )
+    displacements: bool = Field(
+        default=True,
+        description="Whether the displacements under each node are found, where there is an adjoint: for a case of the "
+        "network in `view`, `export-vtu` and `[uncertainty]`. They take the room of a displacement for each node and "
+        "grid.",
+    )
+    results: list[FileName] = Field(
+        default_factory=list,
+        description="Results of the deck of `write-deck --thermal-nodes`, OP2 or MSC Nastran's HDF5, solved elsewhere. "
+        "Without it the embedded solver solves.",
+    )
 
     @field_validator("nodes")
     @classmethod
@@ -108,6 +119,9 @@ class MapTable(Strict):
             raise ValueError(f"gives {' and '.join(ways)}: these are different ways, give one")
         if self.nearest_within_m is not None and self.nearest is None:
             raise ValueError("nearest_within_m is of nearest, which is not given")
+        if self.results and (self.weights is not None or not self.displacements):
+            other = "weights" if self.weights is not None else "displacements = false"
+            raise ValueError(f"results are of displacements under each node, which {other} has not: leave them out")
         if self.weights is not None and (self.conductivity_W_m_K or self.rigid_conductance_W_K is not None):
             raise ValueError("with weights nothing conducts: leave the conductivities and conductances out")
         if len({name.upper() for name in self.unmapped}) < len(self.unmapped):
@@ -117,3 +131,7 @@ class MapTable(Strict):
     def file_names(self) -> list[str]:
         """The files that it names."""
         return [name for name in (self.elements, self.nearest, self.weights) if name is not None]
+
+    def all_file_names(self) -> list[str]:
+        """The same, with the results that `build-thermal` alone reads."""
+        return [*self.file_names(), *self.results]

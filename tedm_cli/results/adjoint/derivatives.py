@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.contracts import ADJOINT, SENSITIVITY
+from tedm_cli.contracts import ADJOINT, SENSITIVITY, THERMAL
 from tedm_cli.files.store import Reader
 from tedm_cli.uncertainty.parameters import DENSITY, EXPANSION, MODULUS
 
@@ -81,3 +81,36 @@ def read_position_rows(file: Reader, test_mass: str, axis: int) -> dict[str, Flo
         label: row if label.split("_")[0] == test_mass else np.zeros_like(row)
         for label, row in zip(file.strings(SENSITIVITY.ROW_LABEL), change, strict=True)
     }
+
+
+def read_node_derivatives(file: Reader, of_areas: Derivatives, left: Sequence[int]) -> Derivatives | None:
+    """By thermal nodes of an open thermal.h5, and behind these by the areas numbered `left`; None: it has none.
+
+    `of_areas` : of the adjoint that the file was made from.
+    """
+    if not file.has(THERMAL.CHANGE_DLNE):
+        return None
+    place = [of_areas.label.index(label) for label in file.strings(THERMAL.ROW_LABEL)]
+
+    def joined(path: str, known: FloatArray) -> FloatArray:
+        return np.concatenate([file.array(path), known[:, place][:, :, list(left)]], axis=2)
+
+    known = of_areas.by_logarithm
+    return replace(
+        of_areas,
+        label=[of_areas.label[i] for i in place],
+        by_logarithm={
+            EXPANSION: joined(THERMAL.CHANGE_DLNALPHA, known[EXPANSION]),
+            MODULUS: joined(THERMAL.CHANGE_DLNE, known[MODULUS]),
+            DENSITY: joined(THERMAL.CHANGE_DLNRHO, known[DENSITY]),
+        },
+        by_expansion=joined(THERMAL.CHANGE_DALPHA, of_areas.by_expansion),
+        by_thickness=joined(THERMAL.CHANGE_DLNT, of_areas.by_thickness),
+    )
+
+
+def read_node_positions(file: Reader) -> dict[str, FloatArray] | None:
+    """By `TM1_x`, the changes [6, n] of the accelerations of that test mass by thermal nodes; None: it has none."""
+    if not file.has(THERMAL.MOVED_NAME):
+        return None
+    return dict(zip(file.strings(THERMAL.MOVED_NAME), file.array(THERMAL.MOVED_CHANGE), strict=True))

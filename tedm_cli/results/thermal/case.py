@@ -55,7 +55,7 @@ def thermal_columns(
     ------
     ConfigError : the project has no thermal model, or one without network, disturbances or map; effects of the user's
         own and gradients within areas, which follow areas.
-    InputError : thermal.h5 is missing or stale, or lacks frequencies, outputs or nodes.
+    InputError : thermal.h5 is missing or stale, or lacks outputs or nodes.
     """
     require_thermal_model(project, config, case_id)
     assert project.thermal is not None
@@ -110,30 +110,17 @@ def _columns(
 ) -> ThermalColumns:
     assert thermal.map is not None
     frequency = config.frequency_hz()
-    place = _places(file, frequency)
+    place, missing = places_of(frequency, file.array(THERMAL.FREQUENCY))
     nodes = file.strings(THERMAL.MAP_NODE)
     left = left_out(thermal, outputs.areas, temperature.heard)
     by_nodes, area = outputs_by_nodes(file, outputs, left)
     known = _gains(file, nodes, place) * file.array(THERMAL.DISTURBANCE_ASD)[:, place].T
     gains = network_gains(file, project, thermal, nodes)
+    if missing.size:  # the network is solved there, as for the loop
+        known[:, np.isin(frequency, missing)] = gains.driven(missing)
     network = _WithAreas(gains, temperature, left, outputs.areas.name[left].tolist())
-    noise = _noise(file, known, frequency, network, by_nodes.areas)
+    noise = _noise(file, known, frequency, network, by_nodes.areas, len(missing))
     return ThermalColumns(by_nodes, noise, area, (file.path,))
-
-
-def _places(file: Reader, wanted: FloatArray) -> IndexArray:
-    """Where the frequencies of the cases are among those of the file."""
-    have = file.array(THERMAL.FREQUENCY)
-    place, missing = places_of(wanted, have)
-    if missing.size:
-        raise InputError(
-            f"has no gains at {count(len(missing), 'frequency', 'frequencies')} of the cases, the first"
-            f" {missing[0]:g} Hz; it has {len(have)} from {have[0]:g} to {have[-1]:g} Hz",
-            where=str(file.path),
-            hint="leave [frequency] out of the thermal model's file: then it has those of the cases; rebuild it with"
-            f" {REBUILD}",
-        )
-    return place
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,9 +167,12 @@ class _WithAreas:
 
 
 def _noise(
-    file: Reader, known: ComplexArray, frequency: FloatArray, network: _WithAreas, areas: AreaTable
+    file: Reader, known: ComplexArray, frequency: FloatArray, network: _WithAreas, areas: AreaTable, solved: int
 ) -> NetworkNoise:
-    """Noise of the nodes, driven as `known` [n_m, F, u], and of areas with spectra of their own."""
+    """Noise of the nodes, driven as `known` [n_m, F, u], and of areas with spectra of their own.
+
+    `solved`: number of the frequencies that the file does not have.
+    """
     names, correlation = file.strings(THERMAL.DISTURBANCE_NAME), file.array(THERMAL.DISTURBANCE_CORRELATION)
     u, n = len(names), len(network.area)
     driven = network.beside(known, frequency)
@@ -192,6 +182,8 @@ def _noise(
     told = f"{NETWORK}: {count(len(known), 'node')} on the model, {count(u, 'disturbance')} ({', '.join(names)})"
     if n:
         told += f"; {count(n, 'area')} that the map leaves out with a spectrum of its own each: {listed(network.names)}"
+    if solved:
+        told += f"; solved at {count(solved, 'frequency', 'frequencies')} that {file.path.name} does not have"
     return NetworkNoise(
         driven, frequency, (*names, *network.names), factor, blocks, column_block, np.asarray(areas.gradient), told,
         network,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from tedm_cli.contracts import CASE
-from tedm_cli.errors import UsageError
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.disturbances import DisturbanceContributions
 from tedm_cli.results.cases.noise import JudgedDisturbances
@@ -14,13 +13,6 @@ def of_network(file: Reader) -> bool:
     return file.has(CASE.DISTURBANCE_NAME)
 
 
-def require_areas(file: Reader, what: str) -> None:
-    """Refuse a case with thermal nodes, `UsageError`; `what` cannot take it."""
-    if of_network(file):
-        fact = f"case {file.string(CASE.CASE_ID)} has thermal nodes in place of areas, and {what}"
-        raise UsageError(fact, hint="name a case of areas")
-
-
 def write_disturbances(writer: Writer, found: DisturbanceContributions) -> None:
     """Put them into a case file."""
     writer.write(CASE.DISTURBANCE_ASD, found.asd, units="see /output/unit")
@@ -28,6 +20,7 @@ def write_disturbances(writer: Writer, found: DisturbanceContributions) -> None:
     writer.write(CASE.DISTURBANCE_SHARE, found.share)
     writer.write(CASE.DISTURBANCE_BAND_SHARE, found.band_share)
     writer.write(CASE.DISTURBANCE_LEVEL_FACTOR, found.level_factor)
+    writer.write(CASE.CONTRIBUTION_WEIGHT, found.weights)
 
 
 def read_disturbances(file: Reader) -> list[JudgedDisturbances] | None:

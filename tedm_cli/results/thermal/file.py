@@ -90,7 +90,8 @@ class ThermalResults:
 
     kept : nodes whose gains are in the file. frequencies : number, lowest and highest in Hz. spectra : whether the
     spectra of these nodes are in the file. coherence : of two such nodes or more. mapped : nodes that lie on the model.
-    outputs : number of rows that have sensitivities to them.
+    outputs : number of rows that have sensitivities to them. by_displacements : largest difference of these from the
+    outputs by the displacements under each node, over the largest of its block.
     """
 
     steady: SteadyResults | None
@@ -101,6 +102,7 @@ class ThermalResults:
     disturbances: tuple[DisturbanceResults, ...]
     mapped: tuple[str, ...]
     outputs: int
+    by_displacements: float | None
 
 
 def read_thermal(file: Reader) -> ThermalResults:
@@ -116,6 +118,7 @@ def read_thermal(file: Reader) -> ThermalResults:
         disturbances=() if frequency is None else _disturbances(file, frequency),
         mapped=tuple(file.strings(THERMAL.MAP_NODE)) if mapped else (),
         outputs=len(file.strings(THERMAL.ROW_LABEL)) if file.has(THERMAL.ROW_LABEL) else 0,
+        by_displacements=float(file.array(THERMAL.CHECK_DIFFERENCE).max()) if file.has(THERMAL.D_TRANSLATION) else None,
     )
 
 
@@ -123,7 +126,7 @@ def require_thermal(file: Reader, project: Project, config: ThermalConfig) -> No
     """Refuse thermal.h5 made from other files than the project's thermal model names, or from another adjoint."""
     require_network(file, project, config)
     where = project.required_thermal()
-    names = () if config.map is None else config.map.file_names()
+    names = () if config.map is None else config.map.all_file_names()
     _require_inputs(file, [*(project.beside(where, name) for name in names), project.build_dir / ADJOINT_FILE])
 
 

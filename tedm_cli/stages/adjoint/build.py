@@ -27,10 +27,10 @@ from tedm_cli.nastran.structure.material_use import material_cards, material_use
 from tedm_cli.progress import Step
 from tedm_cli.results.adjoint.file import AdjointResults, read_adjoint
 from tedm_cli.stages.adjoint.even_field import even_field_error, write_error
-from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import WarmedModel, coupled_structure, warmed_model
 from tedm_cli.stages.adjoint.solved import Solved, adjoint_results, solved_elsewhere, solved_here
 from tedm_cli.stages.common import copy_areas, out_path
+from tedm_cli.stages.material_changes import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.output_inputs import OutputInputs, output_inputs
 from tedm_cli.stages.outputs import Outputs
 

@@ -122,7 +122,7 @@ def thermal_sources(project: Project, cases: CasesConfig, adjoint: Path | None) 
     if project.thermal is None:
         return ()
     _, thermal = load_thermal(project.thermal)
-    names = [*thermal.file_names(), *(() if thermal.map is None else thermal.map.file_names())]
+    names = [*thermal.file_names(), *(() if thermal.map is None else thermal.map.all_file_names())]
     return (
         *(project.beside(project.thermal, name) for name in names),
         *((project.cases, *cases.tables) if thermal.disturbances and thermal.frequency is None else ()),

@@ -18,14 +18,15 @@ from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.noise.bounds import BOUNDS, extremal_matrix, matrix_at
 from tedm_cli.noise.differences import no_output
 from tedm_cli.results.cases.file import read_bound, read_correlation, read_psd
-from tedm_cli.results.thermal.case_shares import require_areas
+from tedm_cli.results.thermal.case_shares import of_network
 
 CASES = "cases.toml"
+_KNOWN_BLOCKS = "known_blocks"  # what bounds begin with that keep the correlation within blocks
 
 
 @dataclass(frozen=True)
 class Extremal:
-    """A correlation in a file, and the `id` of the case in CASES that names it.
+    """A correlation in a file, and the `id` of the case in CASES that names it; of thermal nodes there is none.
 
     It makes `amplitude` of the output at `frequency_hz`, the case itself `of_case`, in `unit` per √Hz.
     """
@@ -43,7 +44,9 @@ class Extremal:
 def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output: Path | None) -> list[Extremal]:
     """Write the correlation at every bound of the `wanted` outputs (the judged ones where none is named), and CASES.
 
-    CASES holds a case for each, to be appended to a cases file.
+    CASES holds a case for each, to be appended to a cases file. Of a case of the thermal network the correlations are
+    of its nodes, whose spectra stay what the network makes of them. No case takes these, so there is no CASES; and
+    bounds that keep the network's own correlation within blocks are left out, for the file has that at one frequency.
 
     Raises
     ------
@@ -58,7 +61,8 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
         raise InputError("is a file; wanted a folder", where=str(folder))
     with open_checked(path, CASE) as file:
         require_up_to_date(file)
-        require_areas(file, "an extremal correlation is a case of areas")
+        of_nodes = of_network(file)
+        bounds = [bound for bound in BOUNDS if not (of_nodes and bound.startswith(_KNOWN_BLOCKS))]
         labels = file.strings(CASE.OUTPUT_LABEL)
         unknown = [label for label in wanted if label not in labels]
         if unknown:
@@ -68,12 +72,13 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
         names = [n for n, a in zip(file.strings(CASE.AREA_NAME), active.tolist(), strict=True) if a]
         done = []
         for label in chosen:
-            for bound in BOUNDS:
+            for bound in bounds:
                 found = _describe(file, case_id, labels.index(label), label, bound, folder)
                 matrix = _matrix(file, labels.index(label), bound, found.frequency_hz)[np.ix_(active, active)]
                 _write(found.path, matrix_csv(names, matrix))
                 done.append(found)
-    _write(folder / CASES, "\n".join(_case_text(e, case_id) for e in done))
+    if not of_nodes:
+        _write(folder / CASES, "\n".join(_case_text(e, case_id) for e in done))
     return done
 
 
@@ -84,13 +89,14 @@ def _describe(file: Reader, case_id: str, o: int, label: str, bound: str, folder
     amplitude, of_case = (float(np.sqrt(psd[f])) for psd in psds)
     unit = file.strings(CASE.OUTPUT_UNIT)[o]
     name = f"{label}_{bound}"
-    return Extremal(folder / f"{name}.csv", f"{case_id}_{name}", label, bound, frequency, amplitude, of_case, unit)
+    case = "" if of_network(file) else f"{case_id}_{name}"
+    return Extremal(folder / f"{name}.csv", case, label, bound, frequency, amplitude, of_case, unit)
 
 
 def _matrix(file: Reader, o: int, bound: str, frequency_hz: float) -> FloatArray:
     """Correlation [k, k] that reaches the bound of output `o`; rows of silent areas mean nothing."""
     vectors = file.array(CASE.EXTREMAL.of(bound))[o]
-    if not bound.startswith("known_blocks"):
+    if not bound.startswith(_KNOWN_BLOCKS):
         return extremal_matrix(vectors)
     found = read_correlation(file)
     inside = matrix_at(found.matrix.astype(np.complex128), found.delay_s, frequency_hz)

@@ -10,21 +10,30 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.contracts import CASE, DISTORTION, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import CASE, DISTORTION, SENSITIVITY, THERMAL, UNIT_LOADS
 from tedm_cli.errors import UsageError
 from tedm_cli.exports.node_terms import gradient, superposed
 from tedm_cli.exports.vtu import MeshArray, array_name, distinct, write_vtu
-from tedm_cli.files.build_folder import DISTORTION_FILE, OPTICS_FILE, SENSITIVITY_FILE, UNIT_LOADS_FILE, require_input
+from tedm_cli.files.build_folder import (
+    DISTORTION_FILE,
+    OPTICS_FILE,
+    SENSITIVITY_FILE,
+    THERMAL_FILE,
+    UNIT_LOADS_FILE,
+    require_input,
+)
 from tedm_cli.files.provenance import InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.areas import read_areas, unit_per
 from tedm_cli.results.gravity.compensation import Blocks, read_blocks
+from tedm_cli.results.thermal.case_shares import of_network
 from tedm_cli.stages.common import known_name
 from tedm_cli.stages.exports.mesh_adjoint import adjoint_arrays
 from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, require_moving, worst_of_cases
 from tedm_cli.stages.exports.mesh_geometry import mesh_geometry, optical_grids
+from tedm_cli.stages.exports.mesh_network import network_columns
 from tedm_cli.stages.exports.mesh_outputs import Output, read_output
 
 UNIFORM = "uniform"
@@ -56,7 +65,10 @@ class MeshExport:
 
 @dataclass(frozen=True, eq=False)
 class _Term:
-    """What the grids have in an output under `weights` [k] of the areas: the array's name, unit and meaning."""
+    """What the grids have in an output under `weights` [k] of its columns: the array's name, unit and meaning.
+
+    `moved`: displacements [N, 3] and rotations [L, 3] under these weights of thermal nodes; None of those of areas.
+    """
 
     output: Output
     weights: FloatArray
@@ -64,6 +76,7 @@ class _Term:
     unit: str
     meaning: str
     effects: float = 0.0  # what effects of the user's own have in it, at no grid
+    moved: tuple[FloatArray, FloatArray] | None = None
 
 
 def export_mesh(build_dir: Path, output: Path | None, wanted: WantedArrays, step: Step) -> MeshExport:
@@ -128,7 +141,7 @@ def _completed(build_dir: Path, wanted: WantedArrays) -> WantedArrays:
             return WantedArrays((UNIFORM, worst.area), (worst.output,), (worst.case,))
         return WantedArrays((UNIFORM,)) if (build_dir / DISTORTION_FILE).exists() else wanted
     if wanted.cases and not wanted.outputs:
-        found = [worst_of_cases([case_file(build_dir, case)]) for case in wanted.cases]
+        found = [worst_of_cases([case_file(build_dir, case)], of_nodes=True) for case in wanted.cases]
         outputs = tuple(dict.fromkeys(worst.output for worst in found if worst is not None))
         if not outputs:
             for case in wanted.cases:
@@ -145,18 +158,20 @@ def _asked_arrays(
     loads = {name: _weights(name, areas) for name in wanted.areas}
     file = input_files([build_dir / DISTORTION_FILE])[0]
     outputs = [read_output(build_dir, label, distortion, file) for label in dict.fromkeys(wanted.outputs)]
-    terms = [*_area_terms(outputs, loads, areas), *_case_terms(build_dir, outputs, wanted.cases)]
-    fields = _fields(unit, distortion, loads, [t.weights for t in terms if t.output.elements is None], step)
+    terms = [*_area_terms(outputs, loads, areas), *_case_terms(build_dir, distortion, outputs, wanted.cases)]
+    of_areas = [t.weights for t in terms if t.output.elements is None and t.moved is None]
+    fields = _fields(unit, distortion, loads, of_areas, step)
     grids = optical_grids(unit, distortion)
     arrays = _displacements(loads, fields, areas, blocks)
     for output in outputs:
-        own = [t for t in terms if t.output is output]
+        own = [t for t in terms if t.output.label == output.label]
         if output.elements is None:
             arrays += _gravity_arrays(build_dir, output, own, fields)
             continue
         for term in own:
-            values = np.bincount(grids, output.elements @ term.weights, fields.grids).astype(np.float64)
-            output.require_sum(values, term.weights, build_dir / OPTICS_FILE)
+            assert term.output.elements is not None
+            values = np.bincount(grids, term.output.elements @ term.weights, fields.grids).astype(np.float64)
+            term.output.require_sum(values, term.weights, build_dir / OPTICS_FILE)
             arrays.append(MeshArray(term.name, values, term.unit, term.meaning + _rest(term), total=True))
     return arrays
 
@@ -170,6 +185,11 @@ class _Fields:
     levers: dict[bytes, FloatArray]
     turned: dict[str, FloatArray]
     grids: int
+
+    def of(self, term: _Term) -> tuple[FloatArray, FloatArray]:
+        """Displacements, and rotations of grids with levers, that a term is of."""
+        key = term.weights.tobytes()
+        return (self.moved[key], self.levers[key]) if term.moved is None else term.moved
 
 
 def _fields(
@@ -227,10 +247,10 @@ def _gravity_arrays(build_dir: Path, output: Output, terms: Sequence[_Term], fie
         meaning = f"{label} by rotation of the grid, from which a mass is offset"
         arrays.append(MeshArray(array_name("gradient_rotation", label), everywhere, f"{unit} per rad", meaning))
     for term in terms:
-        key = term.weights.tobytes()
-        values = np.einsum("nc,nc->n", slope, fields.moved[key])
-        values[node] += np.einsum("nc,nc->n", turning, fields.levers[key])
-        output.require_sum(values, term.weights, path)
+        moved, levers = fields.of(term)
+        values = np.einsum("nc,nc->n", slope, moved)
+        values[node] += np.einsum("nc,nc->n", turning, levers)
+        term.output.require_sum(values, term.weights, path)
         arrays.append(MeshArray(term.name, values, term.unit, term.meaning + _rest(term), total=True))
     return arrays
 
@@ -264,17 +284,27 @@ def _area_terms(outputs: Sequence[Output], loads: dict[str, FloatArray], areas: 
     return found
 
 
-def _case_terms(build_dir: Path, outputs: Sequence[Output], cases: Sequence[str]) -> list[_Term]:
+def _case_terms(build_dir: Path, distortion: Reader, outputs: Sequence[Output], cases: Sequence[str]) -> list[_Term]:
     found = []
     for case in dict.fromkeys(cases):
         path = case_file(build_dir, case)
-        with open_checked(path, CASE) as file:
-            number = file.string(CASE.CASE_ID)
+        with contextlib.ExitStack() as stack:
+            file = stack.enter_context(open_checked(path, CASE))
+            number, columns = file.string(CASE.CASE_ID), None
+            if of_network(file):
+                thermal = stack.enter_context(open_checked(build_dir / THERMAL_FILE, THERMAL))
+                columns = network_columns(file, thermal, distortion.strings(DISTORTION.AREA_NAME))
             for o in outputs:
                 require_input(file, _source(build_dir, o))
                 weights, hz, effects = case_weights(file, o.label, o.g)
                 meaning = f"signed share of the PSD of {o.label} in case {number} at {hz * 1e3:.4g} mHz"
-                found.append(_Term(o, weights, array_name("share", o.label, f"case{number}"), "1", meaning, effects))
+                name = array_name("share", o.label, f"case{number}")
+                if columns is None:
+                    found.append(_Term(o, weights, name, "1", meaning, effects))
+                    continue
+                by_node = columns.output(o, build_dir, distortion)
+                moved = columns.moved(weights, distortion) if o.elements is None else None
+                found.append(_Term(by_node, weights, name, "1", meaning, moved=moved))
     return found
 
 

@@ -18,7 +18,7 @@ from tedm_cli.noise.selection import listed
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.cases.effects import effect_rows
 from tedm_cli.results.cases.file import read_case, read_correlation
-from tedm_cli.results.thermal.case_shares import require_areas
+from tedm_cli.results.thermal.case_shares import of_network
 from tedm_cli.stages.common import known_name
 
 
@@ -32,15 +32,15 @@ class Worst:
     ratio: float
 
 
-def worst_of_cases(paths: Sequence[Path]) -> Worst | None:
-    """The worst verdict of the case files `paths`; of cases without gradients within areas or thermal nodes, which move
-    no mesh.
+def worst_of_cases(paths: Sequence[Path], *, of_nodes: bool = False) -> Worst | None:
+    """The worst verdict of the case files `paths`; of cases without gradients within areas, which move no mesh, and
+    without those of thermal nodes unless `of_nodes`.
     """
     found: list[Worst] = []
     for path in paths:
         with open_checked(path, CASE) as file:
             case = read_case(file)
-            if case.judged and not case.thermal and not case.areas.within.any():
+            if case.judged and (of_nodes or not case.thermal) and not case.areas.within.any():
                 worst = max(case.judged, key=lambda j: j.ratio)
                 area = str(case.areas.name[np.abs(worst.share).argmax()])
                 found.append(Worst(case.id, worst.output, area, worst.ratio))
@@ -69,13 +69,12 @@ def case_file(build_dir: Path, case_id: str) -> Path:
 
 
 def require_moving(path: Path) -> None:
-    """Refuse the file of a case with thermal nodes or gradients within areas, as `case_weights` does."""
+    """Refuse the file of a case with gradients within areas, as `case_weights` does."""
     with open_checked(path, CASE) as file:
-        _require_areas(file)
+        _require_moving(file)
 
 
-def _require_areas(file: Reader) -> None:
-    require_areas(file, "the displacements on the mesh are of areas")
+def _require_moving(file: Reader) -> None:
     within = read_areas(file).within
     if within.any():
         names = listed(np.array(file.strings(CASE.AREA_NAME))[within].tolist())
@@ -84,7 +83,8 @@ def _require_areas(file: Reader) -> None:
 
 
 def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, float, float]:
-    """Weights [k] that turn a term of an output into a share of the PSD, the frequency (Hz), the share of own effects.
+    """Weights [k] of a case's columns that turn a term into a share of the PSD, the frequency (Hz), the own effects'
+    share.
 
     The frequency is that of the case's grid next to the output's binding frequency. g : [k], without the effects of the
     user's own. See `share_weights`.
@@ -93,12 +93,14 @@ def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, f
     ------
     UsageError : there is no such output; the case has gradients within areas, of which there are no displacements.
     """
-    _require_areas(file)
+    _require_moving(file)
     o = file.strings(CASE.OUTPUT_LABEL).index(
         known_name(f"output of {file.path.name}", label, file.strings(CASE.OUTPUT_LABEL))
     )
     frequency = file.array(CASE.FREQUENCY)
     at = int(np.abs(np.log(frequency / file.array(CASE.CONTRIBUTION_FREQUENCY)[o])).argmin())
+    if of_network(file):
+        return file.array(CASE.CONTRIBUTION_WEIGHT)[o], float(frequency[at]), 0.0
     amplitude = file.array(CASE.TEMPERATURE_ASD)[file.array(CASE.TEMPERATURE_SPECTRUM), at]
     hz, found = float(frequency[at]), read_correlation(file)
     effects = sum(effect_rows(file, label).values(), np.zeros_like(g))

@@ -27,6 +27,7 @@ class Output:
 
     rows : of self-gravity: coefficients and rows of the operator. elements : of the read-out: its terms [E, k] by
     optical element; those of the test masses and of the glass of plates (`elsewhere` [k]) are at no grid.
+    sums_within : how far sums of terms may be off, of the sum of their sizes.
     """
 
     label: str
@@ -35,6 +36,7 @@ class Output:
     rows: tuple[tuple[float, int], ...] = ()
     elements: FloatArray | None = None
     elsewhere: FloatArray | None = None
+    sums_within: float = _SUM
 
     def require_sum(self, found: FloatArray, weights: FloatArray, where: Path) -> None:
         """Refuse terms [N] that do not add up to the output under `weights` [k] of the areas.
@@ -47,7 +49,7 @@ class Output:
         rest = 0.0 if self.elsewhere is None else float(self.elsewhere @ weights)
         room = float(np.abs(found).sum()) + abs(rest) + float(np.abs(self.g) @ np.abs(weights))
         total = float(found.sum()) + rest
-        if not abs(total - wanted) <= _SUM * room:
+        if not abs(total - wanted) <= self.sums_within * room:
             raise InputError(
                 f"the grids' parts of {self.label} add up to {total:.9g}, the matrix says {wanted:.9g}",
                 where=str(where),

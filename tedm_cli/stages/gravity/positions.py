@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,6 +29,25 @@ from tedm_cli.threads import side_by_side
 _STEP = 5e-4
 
 
+@dataclass(frozen=True, eq=False)
+class MovedOperators:
+    """Changes of the six rows of G by positions: names `TM1_x`, [6, N, 3] by displacements, [6, L, 3] by rotations."""
+
+    name: list[str]
+    operator: list[FloatArray]
+    rotation: list[FloatArray]
+
+    @classmethod
+    def of(cls, config: ModelConfig, changes: Iterable[tuple[int, int, list[FloatArray]]]) -> MovedOperators:
+        """From what `moved_operators` yields."""
+        kept, masses = cls([], [], []), config.test_masses()
+        for t, axis, (operator, rotation) in changes:
+            kept.name.append(f"{masses[t].name}_{AXES[axis]}")
+            kept.operator.append(operator)
+            kept.rotation.append(rotation)
+        return kept
+
+
 def position_sensitivity(
     config: ModelConfig,
     masses: MassDistribution,
@@ -35,15 +55,17 @@ def position_sensitivity(
     ties: Ties,
     distortion: Reader,
     step: Step,
-) -> FloatArray:
+) -> tuple[FloatArray, MovedOperators]:
     """∂S/∂x [6 t, 3, k] of each row by the position of its own test mass, along axes of the basic frame.
 
     S = -G D, and D does not know the test masses: the change is that of G. It is a central difference of G at positions
     1 mm apart, with compensation masses that are tied to grids. Test masses whose positions are not uncertain have 0.
+    With it the changes of G, for other displacements than those under the areas.
     """
     areas = distortion.dataset(DISTORTION.D_TRANSLATION).shape[0]
-    changes = (_contracted(rates, distortion) for _, _, rates in moved_operators(config, masses, blocks, ties, step))
-    return position_columns(config, np.concatenate([np.zeros((0, areas)), *changes]))
+    moved = MovedOperators.of(config, moved_operators(config, masses, blocks, ties, step))
+    changes = [_contracted(rates, distortion) for rates in zip(moved.operator, moved.rotation, strict=True)]
+    return position_columns(config, np.concatenate([np.zeros((0, areas)), *changes])), moved
 
 
 def position_columns(config: ModelConfig, rows: FloatArray) -> FloatArray:

@@ -41,7 +41,12 @@ from tedm_cli.results.unit_loads import area_of_grids
 from tedm_cli.stages.common import copy_areas, copy_places, gravity_files, out_path
 from tedm_cli.stages.gravity.at_rest import verdicts_at_rest, write_verdicts
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity, write_operator
-from tedm_cli.stages.gravity.positions import position_columns, position_sensitivity
+from tedm_cli.stages.gravity.positions import (
+    MovedOperators,
+    moved_operators,
+    position_columns,
+    position_sensitivity,
+)
 from tedm_cli.stages.gravity.pulls import Pulls, Sources, operator_rows, pulls_on
 from tedm_cli.stages.gravity.tied_blocks import write_blocks
 
@@ -172,11 +177,19 @@ def _build(
         sensitivity = given.columns.columns[: len(labels)]
     writer.write(SENSITIVITY.S, sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
     if config.uncertainty.test_mass:
+        moves: MovedOperators | None = None
         if given is None:
-            rates = position_sensitivity(config, pulls.masses, blocks, pulls.ties, distortion, step)
+            rates, moves = position_sensitivity(config, pulls.masses, blocks, pulls.ties, distortion, step)
         else:
             rates = position_columns(config, given.columns.columns[len(labels) :])
         writer.write(SENSITIVITY.DS_DPOSITION, rates, units="per m and per /area/unit, see /row/unit")
+        if project.thermal is not None:  # displacements under its nodes are not those under the areas
+            if moves is None:
+                again = moved_operators(config, pulls.masses, blocks, pulls.ties, step)
+                moves = MovedOperators.of(config, again)
+            writer.write(SENSITIVITY.MOVED_NAME, moves.name)
+            writer.write(SENSITIVITY.MOVED_OPERATOR, np.array(moves.operator))
+            writer.write(SENSITIVITY.MOVED_ROTATION, np.array(moves.rotation))
     names = distortion.strings(DISTORTION.AREA_NAME)
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
     return SensitivitySummary(

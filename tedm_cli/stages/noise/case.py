@@ -141,12 +141,12 @@ class CaseSetting:
     def uncertainty(self, result: CaseResult) -> CaseUncertainty | None:
         """How sure the verdicts of a case are; None where nothing is uncertain, or nothing judged.
 
-        Of a case of the thermal network: as far as levels of its disturbances are uncertain.
+        Of a case of the thermal network levels of areas have no part, and levels of its disturbances have one.
         """
         if not result.verdicts:
             return None
         if result.case.thermal:
-            return of_network(result, self.criteria, self.model, self.config)
+            return of_network(self.project, result, self.criteria, self.model, self.config)
         if self.uncertain is None:
             return None
         return self.uncertain.of_case(result, self.criteria)

@@ -23,6 +23,7 @@ from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, judged_outputs
 from tedm_cli.noise.differences import rows_of
+from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.requirements import Criteria, in_band
 from tedm_cli.noise.selection import BlockSelector, listed, select
 from tedm_cli.noise.sources import AnyNoise
@@ -37,7 +38,7 @@ from tedm_cli.uncertainty.verdicts import CaseUncertainty, Draws, Judged, MeshCo
 Problems = list[tuple[str, str]]
 _NO_MATRIX = "positions of test masses and levels need none of it"
 _WITHIN = "levels act on gradients within areas; how else these change is not known, and left out"
-_NO_ADJOINT = "the project has no test masses, and the adjoint is of projects that have"
+NO_ADJOINT = "the project has no test masses, and the adjoint is of projects that have"
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,23 +122,23 @@ def uncertain(
     if not (of_model.of_structure or of_model.test_mass or of_cases.level or mesh_table):
         return None
     sources: list[Path] = []
-    found, left_out = _Found(outputs), []
+    found, left_out = Found(outputs), []
     if of_model.of_structure:
         path = project.build_dir / ADJOINT_FILE
-        derivatives = _derivatives(project, path, outputs) if model.test_mass else _NO_ADJOINT
+        derivatives = read_of_areas(project, path, outputs) if model.test_mass else NO_ADJOINT
         sources += [path] if path.exists() else []  # where it tells why there is none, too
         if isinstance(derivatives, str):
             left_out.append(f"{', '.join(of_model.names_of_structure)}: {derivatives}")
         else:
-            _add_structure(found, model, derivatives, project.model)
+            add_structure(found, model, derivatives, project.model)
     _add_positions(found, project, model)
     kept = {item.name for item in found.items}
-    parameters = Parameters.of(tuple(found.items), _among(of_model.pairs(), kept))
-    levels = _Found(outputs)
+    parameters = Parameters.of(tuple(found.items), among(of_model.pairs(), kept))
+    levels = Found(outputs)
     selectors = _add_levels(levels, cases, project.cases, kept.union(of_model.names_of_structure), gradients)
     numbered = tuple(enumerate(selectors, len(found.items)))
     named = {item.name for item in levels.items}
-    parameters += Parameters.of(tuple(levels.items), _among(of_cases.pairs(), named))
+    parameters += Parameters.of(tuple(levels.items), among(of_cases.pairs(), named))
     found.extend(levels)
     mesh = None
     if mesh_table is not None:
@@ -151,10 +152,10 @@ def uncertain(
     return Uncertain(effects, numbered, tuple(left_out), draws, mesh, tuple(sources))
 
 
-class _Found:
+class Found:
     """Parameters as they are found, each with its rows [n, k] of the outputs or its areas [k]."""
 
-    def __init__(self, outputs: ModelOutputs) -> None:
+    def __init__(self, outputs: Outputs) -> None:
         self.outputs = outputs
         self.items: list[Parameter] = []
         self._change: list[FloatArray] = []
@@ -166,7 +167,7 @@ class _Found:
         self._change.append(np.zeros_like(self.outputs.rows) if change is None else change)
         self._level.append(np.zeros(len(self.outputs.areas), dtype=bool) if level is None else level)
 
-    def extend(self, other: _Found) -> None:
+    def extend(self, other: Found) -> None:
         """With those of another."""
         self.items += other.items
         self._change += other._change
@@ -181,12 +182,12 @@ class _Found:
         return np.array(self._level, dtype=bool).reshape(len(self.items), len(self.outputs.areas))
 
 
-def _among(pairs: Pairs, names: set[str]) -> Pairs:
+def among(pairs: Pairs, names: set[str]) -> Pairs:
     """The pairs of parameters that were not left out."""
     return {pair: rho for pair, rho in pairs.items() if names.issuperset(pair)}
 
 
-def _derivatives(project: Project, path: Path, outputs: ModelOutputs) -> Derivatives | str:
+def read_of_areas(project: Project, path: Path, outputs: ModelOutputs) -> Derivatives | str:
     """Those of adjoint.h5, or why there are none."""
     if not path.exists():
         return f"{path} is not there: `{ADJOINT.made_by}` makes it; {_NO_MATRIX}"
@@ -204,7 +205,7 @@ def _derivatives(project: Project, path: Path, outputs: ModelOutputs) -> Derivat
         return found
 
 
-def _add_structure(found: _Found, model: ModelConfig, by: Derivatives, where: Path) -> None:
+def add_structure(found: Found, model: ModelConfig, by: Derivatives, where: Path) -> None:
     """Materials and thicknesses."""
     labels = found.outputs.labels
 
@@ -282,7 +283,7 @@ def _range(low: int, high: int) -> str:
     return f"{low}" if low == high else f"{low}:{high}"
 
 
-def _add_positions(found: _Found, project: Project, model: ModelConfig) -> None:
+def _add_positions(found: Found, project: Project, model: ModelConfig) -> None:
     """Positions of test masses: of self-gravity; the read-outs stay."""
     tables = model.uncertainty.test_mass
     if not tables:
@@ -302,7 +303,7 @@ def _add_positions(found: _Found, project: Project, model: ModelConfig) -> None:
 
 
 def _add_levels(
-    found: _Found, cases: CasesConfig, where: Path, taken: set[str], gradients: CaseGradients
+    found: Found, cases: CasesConfig, where: Path, taken: set[str], gradients: CaseGradients
 ) -> list[BlockSelector]:
     """Levels of the temperatures, with what they select: of the model's areas, and of gradients within areas."""
     problems: Problems = []

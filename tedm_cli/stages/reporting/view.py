@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli import __version__
-from tedm_cli.arrays import IntArray
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.exports.mesh import label_of_cells
@@ -30,12 +30,13 @@ from tedm_cli.results.unit_loads import area_of_grids
 from tedm_cli.results.wording import capital
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.reporting.view_cases import case_views, limits_of
+from tedm_cli.stages.reporting.view_nodes import ShownNodes, shown_nodes, shows_nodes
 from tedm_cli.stages.reporting.view_series import series_films
 from tedm_cli.view.bench import drawn_bench
 from tedm_cli.view.mesh import DrawnMesh, drawn_mesh
 from tedm_cli.view.packing import Quantised, quantised
 from tedm_cli.view.page import page
-from tedm_cli.view.payload import Box, Drawing, ViewModel, payload, planes
+from tedm_cli.view.payload import Box, Drawing, Nodes, ViewModel, payload, planes
 
 VIEW_FILE = "view.html"
 _BINARY = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of VTK's hexahedron in the order of `_CUBE`
@@ -49,7 +50,7 @@ _MOST_TRIANGLES = 5_000  # of a test mass; one with more is drawn as the cuboid 
 class ViewWritten:
     """What was written: how many of the model's grids are drawn, and how many cases and series are there.
 
-    left_out : cases of the thermal network and series of thermal nodes, which are no areas that the page could move.
+    left_out : cases of the thermal network and series of thermal nodes, of which there are no displacements.
     moving : whether the structure moves; else the displacements of its grids were not kept.
     """
 
@@ -79,7 +80,8 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
         of_model = read_outputs(project)
         outputs = of_model.with_differences(results.config.applied_requirements())
         moving = results.distortion.has(DISTORTION.D_TRANSLATION)
-        drawing = _drawing(project, results, unit, outputs.areas, most_numbers, step)
+        nodes = shown_nodes(project, results, of_model)
+        drawing = _drawing(results, unit, outputs.areas, nodes, most_numbers, step)
         content = ViewModel(
             title=project.title,
             version=__version__,
@@ -87,69 +89,104 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
                 (f.path.name, f.sha256) for f in (*used, *(m.file for m in results.matrices), *results.case_files)
             ],
             outputs=outputs,
+            nodes=_nodes(nodes, len(outputs.labels)),
             output_titles=[capital(output_title(label)) for label in outputs.labels],
             limits=limits_of(results.cases, results.requirement_titles),
-            cases=case_views(project, results, of_model, step),
-            series=series_films(project, results, outputs.areas),
+            cases=case_views(project, results, of_model, nodes, step),
+            series=series_films(project, results, of_model, nodes),
             drawing=drawing,
             half=". ".join(filter(None, (results.half, AT_REST * (not moving)))),
         )
         text = page(project.title, payload(content))
-        nodes = [f"case {file.string(CASE.CASE_ID)}" for file in results.cases if of_network(file)]
-        nodes += [f"series {t.name}" for t in results.config.series if t.of == "nodes" and t.name in results.series]
+        left = [
+            f"case {file.string(CASE.CASE_ID)}"
+            for file in results.cases
+            if of_network(file) and (nodes is None or not shows_nodes(file))
+        ]
+        if nodes is None:
+            left += [f"series {t.name}" for t in results.config.series if t.of == "nodes" and t.name in results.series]
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     drawn, there = (len(drawing.mesh.grid), drawing.grids), (len(content.cases), len(content.series))
-    return ViewWritten(path, *drawn, *there, tuple(nodes), moving)
+    return ViewWritten(path, *drawn, *there, tuple(left), moving)
+
+
+def _nodes(nodes: ShownNodes | None, outputs: int) -> Nodes:
+    if nodes is None:
+        return Nodes.none(outputs)
+    table = nodes.table
+    return Nodes(table.name.tolist(), table.group.tolist(), table.shield.tolist(), nodes.rows)
 
 
 def _drawing(
-    project: Project, results: Results, unit: Reader, areas: AreaTable, most_numbers: int, step: Step
+    results: Results, unit: Reader, areas: AreaTable, nodes: ShownNodes | None, most_numbers: int, step: Step
 ) -> Drawing:
     position = unit.array(UNIT_LOADS.GRID_POSITION)
     label = area_of_grids(unit)
     card = unit.strings(UNIT_LOADS.ELEMENT_TYPE)
     surface = outer_surface(card, unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET), unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX))
+    columns = len(areas) + (0 if nodes is None else len(nodes.table))
     mesh = drawn_mesh(
         position,
         surface,
         label_of_cells(surface.face, label),
         label_of_cells(surface.line, label),
         label,
-        most_numbers // (3 * len(areas)),
+        most_numbers // (3 * columns),
     )
+    face_node, line_node = mesh.face_area, mesh.line_area
     bench, gravity = read_bench_motion(results.distortion), results.gravity
+    motion = bench.motion
+    if nodes is not None:
+        of_grid = nodes.displacements.of_grid[mesh.grid]
+        face_node = nodes.on(label_of_cells(mesh.face, of_grid), mesh.face_area)
+        line_node = nodes.on(label_of_cells(mesh.line, of_grid), mesh.line_area)
+        ids = results.distortion.array(DISTORTION.OPTICAL_GRID) if bench.element else np.zeros(0, dtype=np.int64)
+        motion = np.concatenate([motion, nodes.displacements.motion_of(ids)])
     layout = None if results.read_out is None else results.read_out.layout
     return Drawing(
         mesh=mesh,
+        face_node=face_node,
+        line_node=line_node,
         position=position[mesh.grid],
-        motion=_motion(results.distortion, mesh.grid, step),
+        motion=_motion(results.distortion, nodes, mesh.grid, step),
         grids=len(position),
-        bench=drawn_bench(layout, bench.motion, bench.position_m),
-        boxes=_boxes(None if gravity is None else gravity.reader, len(areas)),
-        colour=area_colours(areas.group_by_unit.tolist(), _neighbours(mesh)),
+        bench=drawn_bench(layout, motion, bench.position_m),
+        boxes=_boxes(None if gravity is None else gravity.reader, len(areas), nodes),
+        colour=_colours(areas, nodes, mesh, face_node),
     )
 
 
-def _motion(distortion: Reader, grid: IntArray, step: Step) -> Quantised:
-    """[D] of the drawn grids, read area by area; zeros where it was not kept."""
+def _motion(distortion: Reader, nodes: ShownNodes | None, grid: IntArray, step: Step) -> Quantised:
+    """Displacements of the drawn grids, read column by column: [D], zeros where it was not kept; those under nodes."""
     if not distortion.has(DISTORTION.D_TRANSLATION):
+        columns_of_nodes = 0 if nodes is None else nodes.displacements.translation.shape[0]
         areas = len(distortion.strings(DISTORTION.AREA_NAME))
-        return quantised(np.zeros((areas, 3 * len(grid))))
-    dataset = distortion.dataset(DISTORTION.D_TRANSLATION)
-    k = dataset.shape[0]
+        return quantised(np.zeros((areas + columns_of_nodes, 3 * len(grid))))
+    datasets = [distortion.dataset(DISTORTION.D_TRANSLATION)]
+    datasets += [] if nodes is None else [nodes.displacements.translation]
+    columns = [(dataset, column) for dataset in datasets for column in range(dataset.shape[0])]
     rows = []
-    for area in range(k):
-        step(area, k, "reading displacements")
-        field = np.asarray(dataset[area, :], dtype=np.float64)[grid]
+    for number, (dataset, column) in enumerate(columns):
+        step(number, len(columns), "reading displacements")
+        field = np.asarray(dataset[column, :], dtype=np.float64)[grid]
         rows.append(quantised(planes(field[None])))
-    step(k, k, "reading displacements")
+    step(len(columns), len(columns), "reading displacements")
     return Quantised(np.concatenate([q.scale for q in rows]), np.concatenate([q.step for q in rows]))
 
 
-def _neighbours(mesh: DrawnMesh) -> set[tuple[int, int]]:
-    """Pairs of areas, lower row first, whose faces share a grid."""
-    corner = np.unique(np.column_stack([mesh.face.reshape(-1), np.repeat(mesh.face_area, 4)]), axis=0)
+def _colours(areas: AreaTable, nodes: ShownNodes | None, mesh: DrawnMesh, face_node: IntArray) -> FloatArray:
+    """Of areas, then of nodes: the hue of their group, which areas have too."""
+    own = area_colours(areas.group_by_unit.tolist(), _neighbours(mesh, mesh.face_area))
+    if nodes is None:
+        return own
+    groups = [*areas.group_by_unit.tolist(), *nodes.table.group.tolist()]
+    return np.concatenate([own, area_colours(groups, _neighbours(mesh, face_node))[len(own) :]])
+
+
+def _neighbours(mesh: DrawnMesh, column: IntArray) -> set[tuple[int, int]]:
+    """Pairs of columns, lower one first, whose faces share a grid; `column` [F] of each face."""
+    corner = np.unique(np.column_stack([mesh.face.reshape(-1), np.repeat(column, 4)]), axis=0)
     pairs: set[tuple[int, int]] = set()
     for members in np.split(corner[:, 1], np.flatnonzero(np.diff(corner[:, 0])) + 1):
         if len(members) > 1:
@@ -158,12 +195,15 @@ def _neighbours(mesh: DrawnMesh) -> set[tuple[int, int]]:
     return pairs
 
 
-def _boxes(sensitivity: Reader | None, areas: int) -> list[Box]:
+def _boxes(sensitivity: Reader | None, areas: int, nodes: ShownNodes | None) -> list[Box]:
     """Compensation masses, which may move, before test masses; none of a project without test masses."""
     if sensitivity is None:
         return []
     blocks = read_blocks(sensitivity)
     corner = blocks.corner[:, _BINARY][:, _BRICK]
+    if nodes is not None:
+        blocks = nodes.and_nodes(blocks)
+        areas += len(nodes.table)
     motion = np.array([blocks.motion(one)[0] for one in np.eye(areas)]).reshape(areas, -1, 8, 3)
     boxes = [
         Box(name, "compensation mass", corner[i], motion[:, i, _BINARY][:, _BRICK.ravel()])

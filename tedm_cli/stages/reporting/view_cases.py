@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.bounds import matrix_at
 from tedm_cli.noise.correlation import correlation
+from tedm_cli.noise.network_realisation import network_blocks
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.realisation import Plan, temperature_blocks
@@ -25,8 +27,10 @@ from tedm_cli.results.build_folder import Results
 from tedm_cli.results.cases.file import read_case, read_correlation
 from tedm_cli.results.cases.noise import CaseNoise, titled
 from tedm_cli.results.outputs import ModelOutputs
+from tedm_cli.results.thermal.case import ThermalColumns, thermal_columns
 from tedm_cli.results.thermal.case_shares import of_network
 from tedm_cli.results.wording import mhz_text
+from tedm_cli.stages.reporting.view_nodes import ShownNodes, shows_nodes
 from tedm_cli.view.patterns import typical_pattern
 from tedm_cli.view.payload import CaseView, Film, Limits, VerdictView
 
@@ -47,24 +51,32 @@ def limits_of(cases: Sequence[Reader], titles: Mapping[str, str]) -> Limits:
     return Limits(first.frequency_hz, [q.name for q in limits], [q.plain for q in limits], amplitude)
 
 
-def case_views(project: Project, results: Results, outputs: ModelOutputs, step: Step) -> list[CaseView]:
-    """Every case but those of the thermal network, of the areas of the model: these alone move it.
+def case_views(
+    project: Project, results: Results, outputs: ModelOutputs, nodes: ShownNodes | None, step: Step
+) -> list[CaseView]:
+    """Every case, but those of the thermal network where the page has no thermal nodes.
 
     With a realisation where its noise can be held.
     """
     of_areas = temperature_model(project, results.config, outputs.areas)
     gradients = case_gradients(project, results.config, outputs)
     k = len(outputs.areas)
-    cases = [file for file in results.cases if not of_network(file)]  # thermal nodes are no areas that would move
-    films = k * max(1, len(cases))
+    cases = [file for file in results.cases if not of_network(file) or (nodes is not None and shows_nodes(file))]
+    films = (k + (0 if nodes is None else len(nodes.table))) * max(1, len(cases))
     samples = max(_FEWEST, min(SAMPLES, FILM_NUMBERS // films))
     views = []
     for number, file in enumerate(cases):
         step(number, len(cases), "realising cases")
         case = read_case(file)
+        if nodes is not None and of_network(file):
+            columns = thermal_columns(project, results.config, case.id, outputs, of_areas)
+            views.append(_of_nodes(file, case, results.config, columns, nodes, samples))
+            continue
         more = gradients.of(case.id)
         own = with_gradients(outputs, more).with_differences(results.config.applied_requirements())
         temperature = and_spectra(of_areas, more)
+        film = _realisation(project, results.config, case.id, temperature, own, nodes, samples)
+        verdicts = _verdicts(file, case, own, k)
         views.append(
             CaseView(
                 id=case.id,
@@ -74,12 +86,61 @@ def case_views(project: Project, results: Results, outputs: ModelOutputs, step: 
                 safety_factor=case.safety_factor,
                 temperature=case.temperature,
                 silent=np.flatnonzero(~case.active[:k]),
-                verdicts=_verdicts(file, case, own, k),
-                film=_realisation(project, results.config, case.id, temperature, own, k, samples),
+                nodes=False,
+                verdicts=verdicts if nodes is None else [_padded(v, nodes) for v in verdicts],
+                film=film,
             )
         )
     step(len(cases), len(cases), "realising cases")
     return views
+
+
+def _padded(verdict: VerdictView, nodes: ShownNodes) -> VerdictView:
+    return replace(verdict, typical=nodes.padded(verdict.typical), worst=nodes.padded(verdict.worst))
+
+
+def _of_nodes(
+    file: Reader, case: CaseNoise, config: CasesConfig, columns: ThermalColumns, nodes: ShownNodes, samples: int
+) -> CaseView:
+    """A case of the thermal network: its nodes, and the areas that the map leaves out, in their places on the page."""
+    labels = columns.outputs.with_differences(config.applied_requirements()).labels
+    found, names = file.strings(CASE.OUTPUT_LABEL), [q.name for q in case.limits]
+    spectrum, asd = file.array(CASE.TEMPERATURE_SPECTRUM), file.array(CASE.TEMPERATURE_ASD)
+    weight, extremal = file.array(CASE.CONTRIBUTION_WEIGHT), file.array(CASE.EXTREMAL.of("maximum"))
+    verdicts = []
+    for judged in case.judged:
+        o = found.index(judged.output)
+        f = int(np.abs(case.frequency_hz - judged.contribution_hz).argmin())
+        verdicts.append(
+            VerdictView(
+                output=labels.index(judged.output),
+                limit=names.index(judged.requirement),
+                ratio=judged.ratio,
+                hz=judged.binding_hz,
+                asd=judged.asd,
+                pattern_hz=float(case.frequency_hz[f]),
+                typical=nodes.columns(weight[o] * float(judged.asd[f])),  # Re(ΔT y*)/S times σ: E[ΔT | y = σ]
+                worst=nodes.columns(extremal[o, :, 0] * asd[spectrum, f]),
+            )
+        )
+    plan = _plan(config, samples)
+    try:
+        blocks = list(network_blocks(np.eye(len(case.active)), columns.noise, plan))
+        film = _film(nodes.columns(np.concatenate(blocks, axis=1)), plan)
+    except InputError:  # filters that are too much to hold
+        film = None
+    return CaseView(
+        id=case.id,
+        title=case.title,
+        role=case.role,
+        reason=case.reason,
+        safety_factor=case.safety_factor,
+        temperature=case.temperature,
+        silent=np.flatnonzero(nodes.columns(1.0 - case.active)),
+        nodes=True,
+        verdicts=verdicts,
+        film=film,
+    )
 
 
 def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs, k: int) -> list[VerdictView]:
@@ -116,24 +177,35 @@ def _realisation(
     config: CasesConfig,
     case_id: str,
     temperature: TemperatureModel,
-    outputs: Outputs,
-    k: int,
+    outputs: ModelOutputs,
+    nodes: ShownNodes | None,
     samples: int,
 ) -> Film | None:
     """A few periods of the lowest frequency that is judged, sampled finely enough to be played; of the first areas."""
     case = config.case(case_id, where=str(project.cases))
     source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
+    plan = _plan(config, samples)
+    try:
+        blocks = list(temperature_blocks(source, plan))
+    except InputError:  # delays of more past noise than is held; the case is shown without a realisation
+        return None
+    values = np.concatenate(blocks, axis=1)
+    k = len(values) - int(outputs.areas.within.sum())
+    return _film(values[:k] if nodes is None else nodes.padded(values[:k]), plan)
+
+
+def _plan(config: CasesConfig, samples: int) -> Plan:
     lowest = config.lowest_band_hz()
     rate = _PER_PERIOD * lowest
     low = max(config.frequency.min_hz, lowest / _RESOLVED)
     high = min(config.frequency.max_hz, rate / 2.0)
-    try:
-        blocks = list(temperature_blocks(source, Plan(rate, samples, SEED, low, high, lowest)))
-    except InputError:  # delays of more past noise than is held; the case is shown without a realisation
-        return None
-    values: FloatArray = np.concatenate(blocks, axis=1)[:k]
+    return Plan(rate, samples, SEED, low, high, lowest)
+
+
+def _film(values: FloatArray, plan: Plan) -> Film:
     words = (
-        f"one realisation of the temperatures of this case, seed {SEED}: {samples} samples, {1.0 / rate:.4g} s apart,"
-        f" with the case's spectrum from {mhz_text(low)}, below which it is level, to {mhz_text(high)}"
+        f"one realisation of the temperatures of this case, seed {SEED}: {plan.samples} samples,"
+        f" {1.0 / plan.rate_hz:.4g} s apart, with the case's spectrum from {mhz_text(plan.low_hz)}, below which it is"
+        f" level, to {mhz_text(plan.high_hz)}"
     )
-    return Film.of(np.arange(samples) / rate, values, words)
+    return Film.of(np.arange(plan.samples) / plan.rate_hz, values, words)

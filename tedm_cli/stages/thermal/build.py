@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,9 @@ from tedm_cli.files.store import Writer, create, open_checked
 from tedm_cli.progress import Step
 from tedm_cli.results.thermal.file import ThermalResults, read_thermal
 from tedm_cli.stages.common import out_path
+from tedm_cli.stages.thermal.displacements import NodeLoads, node_loads, write_displacements
 from tedm_cli.stages.thermal.map import NodeSensitivity, node_sensitivity
+from tedm_cli.stages.thermal.map_build import Mapping
 from tedm_cli.stages.thermal.map_names import names_of_both
 from tedm_cli.stages.thermal.network import Disturbed, SolvedNetwork, solved_network
 
@@ -63,15 +66,21 @@ def build_thermal(project: Project, output: Path | None, step: Step) -> ThermalS
     inputs = [*(project.beside(path, name) for name in config.file_names()), *(() if mapped is None else mapped.inputs)]
     configs = [file, *(() if solved is None else solved.configs), *(() if mapped is None else mapped.configs)]
     out = out_path(project, THERMAL_FILE, output)
-    with create(out, KIND, provenance(configs, inputs)) as writer:
+    with contextlib.ExitStack() as stack:
+        loads: NodeLoads | str = ""
+        if config.map is not None and mapped is not None and not mapped.why:
+            loads = stack.enter_context(node_loads(project, config.map, mapped))
+        writer = stack.enter_context(create(out, KIND, provenance(configs, inputs)))
         if solved is not None:
             _write_network(writer, solved)
             if solved.disturbed is not None:
                 _write_disturbed(writer, config, solved.disturbed)
-        if mapped is not None and mapped.node:
-            _write_mapped(writer, mapped)
-        if solved is not None and mapped is not None:
-            _write_warmed(writer, solved, mapped)
+        if mapped is not None and mapped.mapping is not None:
+            _write_mapped(writer, mapped, mapped.mapping)
+            _write_warmed(writer, solved, mapped.mapping)
+        why = loads if isinstance(loads, str) else write_displacements(writer, loads, step)
+    if why:
+        notes.append(f"no displacements of the thermal nodes: {why}")
     with open_checked(out, KIND) as written:
         results = read_thermal(written)
     return ThermalSummary(out, results, time.perf_counter() - begin, tuple(notes))
@@ -113,8 +122,9 @@ def _write_disturbed(writer: Writer, config: ThermalConfig, found: Disturbed) ->
         writer.write(KIND.PSD, found.psd)
 
 
-def _write_mapped(writer: Writer, mapped: NodeSensitivity) -> None:
-    writer.write(KIND.MAP_NODE, mapped.node)
+def _write_mapped(writer: Writer, mapped: NodeSensitivity, mapping: Mapping) -> None:
+    writer.write(KIND.MAP_NODE, mapping.node)
+    writer.write(KIND.MAP_GRID, mapping.fem.geometry.grid_id)
     writer.write(KIND.MAP_AREA, mapped.area)
     if mapped.why:
         return
@@ -123,10 +133,11 @@ def _write_mapped(writer: Writer, mapped: NodeSensitivity) -> None:
     writer.write(KIND.SENSITIVITY, mapped.value, units="see /row/unit")
 
 
-def _write_warmed(writer: Writer, solved: SolvedNetwork, mapped: NodeSensitivity) -> None:
+def _write_warmed(writer: Writer, solved: SolvedNetwork | None, mapping: Mapping) -> None:
     """The steady state on the grids, where every node of the map is in the network."""
+    if solved is None:
+        return
     row = solved.given.network.row
-    if mapped.through is not None and all(name in row for name in mapped.node):
-        tau = solved.steady.temperature_K[[row[name] for name in mapped.node]]
-        writer.write(KIND.MAP_GRID, mapped.grid_id)
-        writer.write(KIND.MAP_STEADY_K, mapped.through.temperatures(tau[:, None])[:, 0])
+    if all(name in row for name in mapping.node):
+        tau = solved.steady.temperature_K[[row[name] for name in mapping.node]]
+        writer.write(KIND.MAP_STEADY_K, mapping.through.temperatures(tau[:, None])[:, 0])

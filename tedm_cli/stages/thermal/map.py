@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.project import Project
 from tedm_cli.config.thermal.file import ThermalConfig
 from tedm_cli.config.thermal.map import MapTable
@@ -17,7 +17,6 @@ from tedm_cli.files.build_folder import ADJOINT_FILE, require_configuration, req
 from tedm_cli.files.provenance import ConfigFile, input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.mapping.averages import NONE, averages
-from tedm_cli.mapping.node_map import ConductedMap, WeightedMap
 from tedm_cli.results.adjoint.file import read_adjoint
 from tedm_cli.results.adjoint.temperatures import TemperatureEffects, read_temperature_effects
 from tedm_cli.stages.thermal.map_build import Mapping, build_map
@@ -28,22 +27,25 @@ from tedm_cli.stages.thermal.map_model import FiniteElements, finite_elements
 class NodeSensitivity:
     """Outputs per kelvin of each thermal node of the map; none where `why` says why there are none.
 
-    node : [n_m] names; [] where the map has not been made. grid_id : [N], of the model. through : from temperatures
-    of the nodes to those of the grids; none where the map has not been made. area : [n_m], the thermal area that most
-    of each is in, or "". label, unit : [r], of the outputs. value : [r, n_m]. configs, inputs : what it is made of, for
-    the provenance of the file.
+    mapping : None where the map has not been made. area : [n_m], the thermal area that most of each is in, or "".
+    label, unit : [r], of the outputs. value : [r, n_m]. direct : [r, n_m], the part of it that is not by the motion of
+    grids. configs, inputs : what it is made of, for the provenance of the file.
     """
 
-    node: list[str]
-    grid_id: IntArray
-    through: ConductedMap | WeightedMap | None
+    mapping: Mapping | None
     area: list[str]
     label: list[str]
     unit: list[str]
     value: FloatArray
+    direct: FloatArray
     configs: tuple[ConfigFile, ...]
     inputs: tuple[Path, ...]
     why: str = ""
+
+    @property
+    def node(self) -> list[str]:
+        """Names [n_m]; [] where the map has not been made."""
+        return [] if self.mapping is None else self.mapping.node
 
 
 def node_sensitivity(project: Project, config: ThermalConfig) -> NodeSensitivity | None:
@@ -78,15 +80,14 @@ def node_sensitivity(project: Project, config: ThermalConfig) -> NodeSensitivity
     where = project.required_thermal()
     mapping = build_map(fem, config.map, where)
     return NodeSensitivity(
-        node=mapping.node,
-        grid_id=fem.geometry.grid_id,
-        through=mapping.through,
+        mapping=mapping,
         area=areas_of_nodes(mapping),
         label=found.label,
         unit=found.unit,
         value=sensitivity(mapping, found),
+        direct=direct_part(mapping, found),
         configs=(fem.config_file,),
-        inputs=(*(project.beside(where, name) for name in config.map.file_names()), *fem.files, path),
+        inputs=(*(project.beside(where, name) for name in config.map.all_file_names()), *fem.files, path),
     )
 
 
@@ -96,19 +97,17 @@ def _without(
     """The map without sensitivities, `why`; without its nodes, too, where there is a network."""
     empty = np.zeros((0, 0))
     if config.network is not None:
-        no_grids = np.zeros(0, dtype=np.int64)
-        return NodeSensitivity([], no_grids, None, [], [], [], empty, (), used, why)
+        return NodeSensitivity(None, [], [], [], empty, empty, (), used, why)
     fem, where = finite_elements(project, solved=True), project.required_thermal()
     mapping = build_map(fem, table, where)
-    inputs = (*(project.beside(where, name) for name in table.file_names()), *fem.files, *used)
+    inputs = (*(project.beside(where, name) for name in table.all_file_names()), *fem.files, *used)
     return NodeSensitivity(
-        node=mapping.node,
-        grid_id=fem.geometry.grid_id,
-        through=mapping.through,
+        mapping=mapping,
         area=areas_of_nodes(mapping),
         label=[],
         unit=[],
         value=empty,
+        direct=empty,
         configs=(fem.config_file,),
         inputs=inputs,
         why=why,
@@ -123,10 +122,21 @@ def sensitivity(mapping: Mapping, found: TemperatureEffects) -> FloatArray:
     structure follows the average over its area.
     """
     if mapping.weights is not None:
-        names = [str(name) for name in found.areas.name]
-        columns = [names.index(name) for name in mapping.fem.areas]
-        return np.asarray(found.of_area[:, columns] @ mapping.weights)
+        return np.asarray(found.of_area[:, area_columns(mapping, found)] @ mapping.weights)
     return mapping.through.sensitivities(on_grids(found, mapping))
+
+
+def direct_part(mapping: Mapping, found: TemperatureEffects) -> FloatArray:
+    """Of `sensitivity`, [r, n], what is not by the motion of grids."""
+    if mapping.weights is not None:
+        return np.asarray(found.direct[:, area_columns(mapping, found)] @ mapping.weights)
+    return mapping.through.sensitivities(_direct(found, mapping.fem, mapping))
+
+
+def area_columns(mapping: Mapping, found: TemperatureEffects) -> list[int]:
+    """Numbers among the areas of adjoint.h5 of those of a mean temperature, which weights are of."""
+    names = [str(name) for name in found.areas.name]
+    return [names.index(name) for name in mapping.fem.areas]
 
 
 def areas_of_nodes(mapping: Mapping) -> list[str]:

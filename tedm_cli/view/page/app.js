@@ -29,7 +29,8 @@ class App {
 
   _about() {
     const { areas, outputs, cases, version, sources, half } = this.data;
-    const counts = [Format.count(areas.name.length, "thermal area"), Format.count(outputs.label.length, "output"), Format.count(cases.length, "case")];
+    const nodes = areas.name.length - areas.count;
+    const counts = [Format.count(areas.count, "thermal area"), ...(nodes ? [Format.count(nodes, "thermal node")] : []), Format.count(outputs.label.length, "output"), Format.count(cases.length, "case")];
     this.field("about").textContent = [`What happens when it warms: ${counts.join(", ")}`, half].filter(Boolean).join(". ");
     const text = (kind, words, name = "") => Object.assign(document.createElement(kind), { textContent: words, className: name });
     this.field("sources").append(
@@ -43,7 +44,8 @@ class App {
     const fill = (id, entries) => this.field(id).append(...entries.map(([value, text]) => new Option(text, value)));
     const judged = this.readings.judged;
     const caseText = (c) => `${c.id}: ${c.title}${c.role ? ` (${c.role})` : ""}`;
-    const kinds = [["area", "One area, 1 mK warmer"], ["uniform", "All areas, 1 mK warmer"]];
+    const one = areas.name.length > areas.count ? "One area or thermal node" : "One area";
+    const kinds = [["area", `${one}, 1 mK warmer`], ["uniform", "All areas, 1 mK warmer"]];
     if (judged.length) kinds.push(["typical", "A case, as an output feels it"], ["worst", "A case at its worst"]);
     if (cases.some((c) => c.film)) kinds.push(["play", "A case, played in time"]);
     if (series.length) kinds.push(["series", "A series, played in time"]);
@@ -89,7 +91,7 @@ class App {
     this.field("case").value = this.field("noise-case").value = at;
     this.field("of").value = row;
     const k = areas.name.length;
-    const feels = Array.from(outputs.rows.subarray(row * k, (row + 1) * k), Math.abs);
+    const feels = Array.from(outputs.rows.subarray(row * k, row * k + areas.count), Math.abs);
     this.field("area").value = feels.indexOf(Math.max(...feels));
   }
 
@@ -119,12 +121,12 @@ class App {
     if (kind === "area") {
       const area = Number(this.field("area").value);
       temperature = Float64Array.from({ length: k }, (_, i) => (i === area ? WARMER_K : 0));
-      words = `${areas.name[area]} (${areas.group[area] || "no group"}, ${areas.shield[area]} of the thermal shield) ${areas.unit[area] === "K" ? "is 1 mK warmer" : `has a gradient of ${Format.si(WARMER_K, areas.unit[area])}`}; everything else keeps its temperature. A click on the model chooses another area.`;
+      words = `${areas.name[area]} (${area < areas.count ? "" : "thermal node, "}${areas.base[area] || "no group"}, ${areas.shield[area]} of the thermal shield) ${areas.unit[area] === "K" ? "is 1 mK warmer" : `has a gradient of ${Format.si(WARMER_K, areas.unit[area])}`}; everything else keeps its temperature. A click on the model chooses another ${area < areas.count ? "area" : "node"}.`;
       this.mark(area, false);
     } else if (kind === "uniform") {
-      temperature = Float64Array.from(areas.unit, (unit) => (unit === "K" ? WARMER_K : 0));
-      const means = areas.unit.filter((unit) => unit === "K").length;
-      words = `All ${Format.count(means, "thermal area")} are 1 mK warmer.${means < k ? " Gradients stay zero." : ""}`;
+      temperature = Float64Array.from(areas.unit, (unit, i) => (unit === "K" && i < areas.count ? WARMER_K : 0));
+      const means = areas.unit.filter((unit, i) => unit === "K" && i < areas.count).length;
+      words = `All ${Format.count(means, "thermal area")} are 1 mK warmer.${means < areas.count ? " Gradients stay zero." : ""}`;
     } else if (kind === "typical" || kind === "worst") {
       const verdict = this.verdict;
       const label = outputs.label[verdict.output];
@@ -133,13 +135,13 @@ class App {
       words =
         kind === "typical"
           ? `${named} Amplitudes per √Hz at ${at}: the temperatures that go, on average, with one standard amplitude of ${label}. ${label} is then what the case makes of it; single moments of the case differ in what ${label} does not feel.`
-          : `${named} Amplitudes per √Hz at ${at}: every area at the amplitude that the case gives it, each with the sign by which all add up in ${label}. No correlation of the same temperatures makes more of it.`;
+          : `${named} Amplitudes per √Hz at ${at}: every ${found.nodes ? "thermal node" : "area"} at the amplitude that the case gives it, each with the sign by which all add up in ${label}. No correlation of the same temperatures makes more of it.`;
       this.field("noise-output").value = this.field("output").value;
       this.field("frequency").value = Arithmetic.nearest(this.data.limits.frequency, verdict.patternHz);
     } else if (kind === "play" || kind === "series") {
       film = kind === "play" ? found.film : series[Number(this.field("series").value)];
       const what = kind === "play" ? named : `Series ${film.name}.`;
-      words = film ? `${what} Played: ${film.words}. Rounded to 16 bits of each area's largest.` : `${named} Its delays are too long for a realisation.`;
+      words = film ? `${what} Played: ${film.words}. Rounded to 16 bits of each area's or node's largest.` : `${named} Its delays are too long for a realisation.`;
       if (!film) temperature = new Float64Array(k);
     }
     this.field("words").textContent = words;

@@ -47,7 +47,7 @@ class Picture {
       "compensation masses": ["compensation mass"],
     };
     const there = (names) => names.includes("edges") || names.some((n) => this.drawing.kinds.has(n));
-    const entries = [...new Set(areas.group)].map((g) => [g || "no group", [`group ${g}`]]);
+    const entries = [...new Set(areas.base)].map((g) => [g || "no group", [`group ${g}`]]);
     entries.push(...Object.entries(kinds).filter(([, names]) => there(names)));
     if (this.drawing.kinds.has("none")) entries.push(["what is in no area", ["none"]]);
     for (const [text, names] of entries) {
@@ -68,6 +68,7 @@ class Picture {
   /** Take new temperatures [k] (K; `per`: amplitudes per √Hz, or nothing). */
   warm(temperature, per = this.per) {
     Object.assign(this, { temperature, per });
+    this.scene.show(temperature.subarray(this.data.areas.count).some((t) => t !== 0));
     for (const layer of this.layers) Arithmetic.displace(layer, temperature, layer.moved);
     this.largest = this.layers.map((layer) => Arithmetic.largest(layer.moved));
     this.scene.displace(this.layers.map((layer) => layer.moved));
@@ -128,7 +129,7 @@ class Picture {
     const colour = areas.name.map((_, i) =>
       by === "area" ? this.drawing.colour[i] : by === "displacement" ? Colours.NONE : Colours.diverging(most ? value[i] / most : 0),
     );
-    this.scene.paint(colour, areas.group.map((g) => !this.hidden.has(`group ${g}`)), this.hidden);
+    this.scene.paint(colour, areas.base.map((g) => !this.hidden.has(`group ${g}`)), this.hidden);
     this._legend(by, most, row, value);
     this._say();
     this.redraw();
@@ -141,18 +142,20 @@ class Picture {
     legend.replaceChildren();
     if (by === "area") {
       const list = Object.assign(document.createElement("ul"), { className: "groups" });
-      for (const group of new Set(areas.group)) {
+      const [from, to] = this.scene.byNode ? [areas.count, areas.name.length] : [0, areas.count];
+      for (const group of new Set(areas.group.slice(from, to))) {
         const entry = line(group || "no group", "li");
         const swatch = Object.assign(document.createElement("span"), { className: "swatch" });
         swatch.style.background = Colours.css(this.drawing.colour[areas.group.indexOf(group)]);
         entry.prepend(swatch);
         list.append(entry);
       }
-      legend.append(line("Thermal areas: hue by group, lightness by area"), list);
+      const what = this.scene.byNode ? ["nodes", "node"] : ["areas", "area"];
+      legend.append(line(`Thermal ${what[0]}: hue by group, lightness by ${what[1]}`), list);
     } else {
       const unit = by === "temperature" ? `K${this.per}` : by === "displacement" ? `m${this.per}` : `${Format.unit(outputs.unit[row])}/K`;
       const top = by === "displacement" ? this._top() : most;
-      const title = { temperature: "Temperature", displacement: "Displacement", sensitivity: outputs.label[row] + " per kelvin of each area" };
+      const title = { temperature: "Temperature", displacement: "Displacement", sensitivity: outputs.label[row] + ` per kelvin of each ${this.scene.byNode ? "thermal node" : "area"}` };
       const bar = Object.assign(document.createElement("div"), { className: "bar" });
       bar.style.background = Colours.gradient(by === "displacement" ? Colours.sequential : (t) => Colours.diverging(2 * t - 1));
       const ends = Object.assign(document.createElement("div"), { className: "ends" });
@@ -181,7 +184,7 @@ class Picture {
     if (mesh.value === 0) parts.push("Nothing is warm, so nothing moves.");
     else if (this.factor === 0) parts.push(`Displacements are not drawn; the largest is ${Format.si(mesh.value, `m${this.per}`)}.`);
     else {
-      const owner = drawing.areaOfCorner[mesh.at];
+      const owner = (this.scene.byNode ? drawing.nodeOfCorner : drawing.areaOfCorner)[mesh.at];
       const where = owner >= 0 ? ` in ${this.data.areas.name[owner]}` : "";
       parts.push(
         `Displacements are drawn ${Format.factor(this.factor)} times ${this.factor < 1 ? "as large" : "larger"}: the largest, ` +

@@ -19,6 +19,9 @@ class Scene {
       for (let c = 0; c < 3; c++) a[o + c] = drawing.position[3 * i + c];
     });
     this._fill(this.scale, Uint8Array, 256, (i, o, a) => a.set([...Colours.sequential(i / 255), 255], o));
+    this.byNode = false;
+    this.faceArray = gl.createVertexArray();
+    this.lineArray = gl.createVertexArray();
     this._faces();
     this._lines();
     this.pickTarget = this._pickTarget();
@@ -64,9 +67,18 @@ class Scene {
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, Scene.WIDTH, to.height, gl.RGBA, to.type, to.array);
   }
 
+  /** Faces and lines by the thermal node that they are in, or by their area; what is in no node has its area's. */
+  show(byNode) {
+    if (byNode === this.byNode) return;
+    this.byNode = byNode;
+    this._faces();
+    this._lines();
+  }
+
   _buffer(array, attributes) {
     const gl = this.gl;
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    attributes.held ??= gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, attributes.held);
     gl.bufferData(gl.ARRAY_BUFFER, array, gl.STATIC_DRAW);
     for (const [place, count, offset, divisor] of attributes) {
       gl.enableVertexAttribArray(place);
@@ -79,7 +91,8 @@ class Scene {
    *  above these 16 bits which of the sides opposite its three corners are edges of the mesh. */
   _faces() {
     const gl = this.gl;
-    const { quad, quadColour, triangle, triangleColour } = this.drawing;
+    const { quad, triangle, triangleColour } = this.drawing;
+    const quadColour = this.byNode ? this.drawing.quadNode : this.drawing.quadColour;
     const data = new Uint32Array(12 * quadColour.length + 2 * triangle.length);
     let o = 0;
     const entry = (colour) => (typeof colour === "string" ? this.fixed[colour] : colour < 0 ? this.fixed.none : colour);
@@ -101,15 +114,17 @@ class Scene {
     for (let i = 0; i < triangle.length; i += 3) add(triangle.slice(i, i + 3), triangleColour[i / 3], 0);
     this.allCount = o / 2;
     this.boxFirst = this.allCount - this.drawing.boxCorners;
-    this.faceArray = gl.createVertexArray();
     gl.bindVertexArray(this.faceArray);
-    this._buffer(data.subarray(0, o), Object.assign([[0, 1, 0, 0], [1, 1, 4, 0]], { stride: 8 }));
+    this.faceLayout ??= Object.assign([[0, 1, 0, 0], [1, 1, 4, 0]], { stride: 8 });
+    this._buffer(data.subarray(0, o), this.faceLayout);
+    gl.bindVertexArray(null);
   }
 
   /** Bars and rods, then beams, as rectangles on the screen. */
   _lines() {
     const gl = this.gl;
-    const { line, lineColour, segment, segmentColour } = this.drawing;
+    const { line, segment, segmentColour } = this.drawing;
+    const lineColour = this.byNode ? this.drawing.lineNode : this.drawing.lineColour;
     const data = [];
     lineColour.forEach((c, i) => data.push(line[2 * i], line[2 * i + 1], c < 0 ? this.fixed.none : c, Scene.BAR_PX));
     this.barCount = lineColour.length;
@@ -117,10 +132,10 @@ class Scene {
       data.push(segment[2 * i], segment[2 * i + 1], this.fixed[c], c === "ref" ? Scene.REF_PX : Scene.MEAS_PX);
     });
     this.beamCount = segmentColour.length;
-    this.lineArray = gl.createVertexArray();
     gl.bindVertexArray(this.lineArray);
     this.lineData = new Uint32Array(data);
-    this._buffer(this.lineData, Object.assign([[0, 2, 0, 1], [1, 1, 8, 1], [2, 1, 12, 1]], { stride: 16 }));
+    this.lineLayout ??= Object.assign([[0, 2, 0, 1], [1, 1, 8, 1], [2, 1, 12, 1]], { stride: 16 });
+    this._buffer(this.lineData, this.lineLayout);
     this.lineBuffer = gl.getParameter(gl.ARRAY_BUFFER_BINDING);
     gl.bindVertexArray(null);
   }

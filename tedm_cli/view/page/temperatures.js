@@ -18,10 +18,10 @@ class Temperatures {
       const box = document.createElement("div");
       box.className = "group";
       const unit = areas.unit[members[0]];
-      const own = this._row(`${group || "no group"}: ${Format.count(members.length, "area")} together`, members, unit);
+      const own = this._row(`${group || "no group"}: ${Format.count(members.length, members[0] < areas.count ? "area" : "node")} together`, members, unit);
       const details = document.createElement("details");
       const summary = document.createElement("summary");
-      summary.textContent = `Areas of ${group || "no group"}`;
+      summary.textContent = `${members[0] < areas.count ? "Areas" : "Thermal nodes"} of ${group || "no group"}`;
       const inner = document.createElement("div");
       for (const i of members) {
         this.rows[i] = this._row(areas.name[i], [i], unit);

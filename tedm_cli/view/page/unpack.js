@@ -59,9 +59,14 @@ async function unpackDrawing(packed) {
   const quadColour = await whole(mesh.faceArea);
   const line = await whole(mesh.line);
   const lineColour = await whole(mesh.lineArea);
-  const areaOfCorner = new Int32Array(n).fill(-1);
-  quadColour.forEach((area, f) => quad.subarray(4 * f, 4 * f + 4).forEach((corner) => (areaOfCorner[corner] = area)));
-  lineColour.forEach((area, l) => line.subarray(2 * l, 2 * l + 2).forEach((corner) => (areaOfCorner[corner] = area)));
+  const [quadNode, lineNode] = [await whole(mesh.faceNode), await whole(mesh.lineNode)];
+  const ofCorners = (byQuad, byLine) => {
+    const owner = new Int32Array(n).fill(-1);
+    byQuad.forEach((column, f) => quad.subarray(4 * f, 4 * f + 4).forEach((corner) => (owner[corner] = column)));
+    byLine.forEach((column, l) => line.subarray(2 * l, 2 * l + 2).forEach((corner) => (owner[corner] = column)));
+    return owner;
+  };
+  const [areaOfCorner, nodeOfCorner] = [ofCorners(quadColour, lineColour), ofCorners(quadNode, lineNode)];
   const box = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
   position.forEach((v, i) => {
     box[0][i % 3] = Math.min(box[0][i % 3], v);
@@ -69,13 +74,13 @@ async function unpackDrawing(packed) {
   });
   const segmentColour = Array.from(await whole(bench.segmentBeam), (beam) => bench.beams[beam]);
   const kinds = new Set([...triangleColour, ...segmentColour]);
-  if (quadColour.includes(-1) || lineColour.includes(-1)) kinds.add("none");
+  if ([quadColour, lineColour, quadNode, lineNode].some((owner) => owner.includes(-1))) kinds.add("none");
   return {
     layers: [await layer(mesh), await layer(bench), await layer(packed.carried)],
     drawing: {
-      corners: position.length / 3, meshCorners: n, grids: packed.grids, cell: packed.cell, position, quad, quadColour,
-      triangle, triangleColour, line, lineColour, segment: benchSegment, segmentColour,
-      boxCorners, areaOfCorner, box, kinds, colour: packed.colour.map((rgb) => rgb.map((v) => Math.round(255 * v))),
+      corners: position.length / 3, meshCorners: n, grids: packed.grids, cell: packed.cell, position, quad, quadColour, quadNode,
+      triangle, triangleColour, line, lineColour, lineNode, segment: benchSegment, segmentColour,
+      boxCorners, areaOfCorner, nodeOfCorner, box, kinds, colour: packed.colour.map((rgb) => rgb.map((v) => Math.round(255 * v))),
     },
   };
 }
