@@ -151,7 +151,7 @@ def test_make_and_run_build_what_there_is(halves: dict[str, Half], half: str, tm
     fresh = tedm("run", "-n", *halves[half].arguments[:2], "-d", tmp_path).ok().out.splitlines()[1:-1]
     assert sorted(line.split()[0] for line in fresh) == sorted({*halves[half].commands} - {"make-rules"})
     files = {path.name for path in halves[half].build.glob("*.h5")}
-    own = {GRAVITY: ("sensitivity.h5", "adjoint.h5"), READ_OUT: ("optics.h5",)}[half]
+    own = {GRAVITY: ("sensitivity.h5", "adjoint.h5", "partial_unit_loads.h5"), READ_OUT: ("optics.h5",)}[half]
     assert files == {"unit_loads.h5", "distortion.h5", *own, "case03.h5", "series_warm.h5"}
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 from tedm_cli.cli.printing.gravity import sensitivity_dict, sensitivity_lines
 from tedm_cli.cli.printing.model import distortion_dict, distortion_lines
 
+from tedm_cli.results.wording import count
+
 if TYPE_CHECKING:
     from tedm_cli.stages.model.merge import MergeSummary
     from tedm_cli.stages.model.parts import PartSummary
@@ -38,7 +40,7 @@ def part_dict(done: PartSummary) -> dict[str, Any]:
 def merge_lines(done: MergeSummary) -> list[str]:
     """What the stages say that make these files, and what was left aside."""
     return [
-        f"{done.unit_loads}: of {done.parts} result files, reduced in parts; displacements of grids are not kept",
+        f"{done.unit_loads}: of {count(done.parts, 'result file')}, reduced in parts; displacements of grids are not kept",
         *distortion_lines(done.distortion),
         *sensitivity_lines(done.sensitivity),
         *(f"note: {path} is of no result file in model.op2, and was left aside" for path in done.unused),
