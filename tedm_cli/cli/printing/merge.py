@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.gravity import sensitivity_dict, sensitivity_lines
 from tedm_cli.cli.printing.model import distortion_dict, distortion_lines
-
 from tedm_cli.results.wording import count
 
 if TYPE_CHECKING:
