@@ -38,8 +38,9 @@ def part_dict(done: PartSummary) -> dict[str, Any]:
 
 def merge_lines(done: MergeSummary) -> list[str]:
     """What the stages say that make these files, and what was left aside."""
+    files = count(done.parts, "result file")
     return [
-        f"{done.unit_loads}: of {count(done.parts, 'result file')}, reduced in parts; displacements of grids are not kept",
+        f"{done.unit_loads}: of {files}, reduced in parts; displacements of grids are not kept",
         *distortion_lines(done.distortion),
         *sensitivity_lines(done.sensitivity),
         *(f"note: {path} is of no result file in model.op2, and was left aside" for path in done.unused),
