@@ -6,6 +6,7 @@ meet here, as wings of `stages` do not know each other.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
 from functools import partial as partial_of
 from pathlib import Path
@@ -15,6 +16,7 @@ import typer
 
 from tedm_cli.cli.app import answer, app, open_project
 from tedm_cli.cli.options import DEFAULT_BUILD, DEFAULT_CONFIG, BuildDir, Config, Json, Quiet, Verbose
+from tedm_cli.errors import TedmError
 
 if TYPE_CHECKING:
     from tedm_cli.config.project import Project
@@ -88,8 +90,12 @@ def _sensitivity_of(project: Project, step: Step, pulls: Any) -> SensitivityOf:
 
 
 def _remember(project: Project) -> None:
-    """Write what the chain remembers of a project before what is made of it, as `tedm run` does: it goes on then."""
+    """Write what the chain remembers of a project before what is made of it, as `tedm run` does: it goes on then.
+
+    What is wrong with files that these commands do not read, `tedm run` says.
+    """
     from tedm_cli.stages.chain.make_rules import remember
     from tedm_cli.stages.chain.project_files import chain_files
 
-    remember(chain_files(project).remembered())
+    with contextlib.suppress(TedmError):
+        remember(chain_files(project).remembered())

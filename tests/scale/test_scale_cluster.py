@@ -101,7 +101,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing(
     client: Client, prepared: Prepared, jobs: list[tuple[Path, str]], alone: list[Part], count: int
 ) -> None:
     """Killed while they are at work, one and then all: what they had been sent is gone with them as well."""
-    client.wait_for_workers(2, timeout=30)
+    client.wait_for_workers(2, timeout=300)
     process = client.run(os.getpid)
     killed: list[int] = []
 
@@ -115,7 +115,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing(
 
     assert_same_bits(parts_on(client, prepared, jobs, kill, "here"), alone)
     assert len(killed) == count
-    client.wait_for_workers(2, timeout=30)
+    client.wait_for_workers(2, timeout=300)
     assert not set(killed) & set(client.run(os.getpid).values())
 
 

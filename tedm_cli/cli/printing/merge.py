@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.gravity import sensitivity_dict, sensitivity_lines
 from tedm_cli.cli.printing.model import distortion_dict, distortion_lines
+from tedm_cli.results.wording import count
 
 if TYPE_CHECKING:
     from tedm_cli.stages.model.merge import MergeSummary
@@ -37,7 +38,7 @@ def part_dict(done: PartSummary) -> dict[str, Any]:
 
 def merge_lines(done: MergeSummary) -> list[str]:
     """What the stages say that make these files, and what was left aside."""
-    files = "one result file" if done.parts == 1 else f"{done.parts} result files"
+    files = count(done.parts, "result file")
     return [
         f"{done.unit_loads}: of {files}; displacements of grids are not kept",
         *distortion_lines(done.distortion),

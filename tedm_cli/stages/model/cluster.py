@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
 
 ANSWER_S = 10.0  # for a scheduler to answer
 WORKERS_S = 60.0  # for workers to come, at the beginning and where none is left
-ROUNDS = 4  # times that a task is given out whose worker, or what was sent to it, is gone
+ROUNDS = 5  # times in a row that nothing comes of what is given out, since workers, or what was sent to them, are gone
+PAUSE_S = 1.0  # after the first of these; twice that after the second
 
 
 def reduce_on_workers(
@@ -132,22 +134,24 @@ def parts_on(
     InputError, PhysicsError : what `part_of` refuses, of a file; workers that do not come back.
     """
     done: dict[int, Part] = {}
-    for _ in range(ROUNDS):
+    idle = 0
+    while len(done) < len(jobs):
+        before, lost = len(done), "workers have gone"
         _wait_for_workers(client, address)
         try:
             _round(client, prepared, jobs, done, step, address)
-        except (OSError, RuntimeError) as exc:
+        except (OSError, RuntimeError) as exc:  # to a worker of which the scheduler does not know yet that it has gone
             lost = _first_line(exc)
-        else:
-            lost = "workers have gone"
-        if len(done) == len(jobs):
-            return [done[number] for number in range(len(jobs))]
-    left = [str(path) for number, (path, _) in enumerate(jobs) if number not in done]
-    raise InputError(
-        f"not done after {ROUNDS} attempts, {len(left)} of {len(jobs)} result files: {left[0]} ({lost})",
-        where=address,
-        hint="do the workers have memory enough? `dask worker --memory-limit`, and one thread each, `--nthreads 1`",
-    )
+        idle = 0 if len(done) > before else idle + 1
+        if idle == ROUNDS:
+            left = [str(path) for number, (path, _) in enumerate(jobs) if number not in done]
+            raise InputError(
+                f"{len(left)} of {len(jobs)} result files are not reduced after {ROUNDS} attempts: {left[0]} ({lost})",
+                where=address,
+                hint="do the workers have memory enough? `dask worker --memory-limit`, and `--nthreads 1`",
+            )
+        time.sleep(idle * PAUSE_S)
+    return [done[number] for number in range(len(jobs))]
 
 
 def _round(
