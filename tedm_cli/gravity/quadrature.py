@@ -10,7 +10,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.shapes import gauss_rule, polynomials
-from tedm_cli.gravity.cells import CLOSEST, Cells, cut
+from tedm_cli.gravity.cells import CLOSEST, Cells, cut, points_of_cells
 from tedm_cli.gravity.masses import ElementBlock, MassDistribution, PointMasses
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 
@@ -129,16 +129,16 @@ def element_sources(
     if relative is not None:
         size = np.zeros(len(nodes))
         for n, cells in enumerate(parts):
-            values, _ = _points(block, cells, local)
+            values, _ = points_of_cells(block.shape, _element_points(block, cells)[0], cells.element, local)
             spread[n] = spread[n] * (values @ relative[cells.element][..., None])[..., 0]
             size += np.bincount(cells.element, spread[n].sum(axis=1), len(nodes))
     density = block.mass[part] / size
     first = part.start
     for cells, weight in zip(parts, spread, strict=True):
-        values, position_q = _points(block, cells, local)
+        values, place = points_of_cells(block.shape, _element_points(block, cells)[0], cells.element, local)
         yield QuadraturePoints(
             cells.element + first,
-            position_q,
+            place,
             weight * density[cells.element, None],
             values,
             nodes[cells.element],
@@ -180,15 +180,3 @@ def _weights(block: ElementBlock, cells: Cells, local: FloatArray) -> FloatArray
     put_measures(powers, coefficients[1:], xi, cells.element, local, measure)
     measure *= scale
     return measure
-
-
-def _points(block: ElementBlock, cells: Cells, local: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Shape functions [c or 1, q, n] and positions [c, q, 3] of the Gauss points of cells."""
-    from tedm_cli.gravity.gauss_points import put_points
-
-    xi, _ = _element_points(block, cells)
-    powers, coefficients = polynomials(block.shape)
-    values = np.empty((*xi.shape[:2], block.shape.nodes))
-    position = np.empty((len(cells.element), xi.shape[1], 3))
-    put_points(powers, coefficients[0], xi, cells.element, local, values, position)
-    return values, position
