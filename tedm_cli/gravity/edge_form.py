@@ -19,7 +19,8 @@ from tedm_cli.gravity.compiled import compiled, inlined
 
 # Points taken together: the innermost loop runs over them, so that the compiler can use vector instructions.
 _LANES = 64
-# On an edge itself its logarithm is infinite; where another cuboid takes that edge away the two must cancel. [m²]
+# On an edge itself its logarithm is infinite; where another cuboid takes that edge away the two must cancel: for both
+# the square of the distance is no less than this, m².
 _ON_THE_EDGE = 1e-280
 # ln 2 and π/4 in two parts each, the first of ln 2 with 20 trailing zeros: its multiples by exponents are exact.
 _LN2, _LN2_REST = 0.6931471803691238, 1.9082149292705877e-10
@@ -120,7 +121,7 @@ def _edge_log(low: float, high: float, distance_squared: float, radius_low: floa
     length = (high - low) * (radii + abs(middle))
     # near_radius + near, the lower end of the logarithm, is distance_squared/near_sum where near is negative
     above, below = (length * near_sum, distance_squared) if near < 0.0 else (length, near_sum)
-    return log_of_one_plus(above, max(below * radii, _ON_THE_EDGE))
+    return log_of_one_plus(above, max(below, _ON_THE_EDGE) * radii)
 
 
 @inlined
@@ -147,7 +148,7 @@ def _solid_angle(
 
 @inlined
 def log_of_one_plus(above: float, below: float) -> float:
-    """``ln(1 + above/below)`` to 1 in the last place, of above >= 0 and below > 0 whose sum is finite.
+    """``ln(1 + above/below)`` within 3 units of its last place, of above >= 0 and below > 0 whose sum is finite.
 
     Neither is smaller than the least normal number, unless `above` is 0.
     """
@@ -170,7 +171,7 @@ def log_of_one_plus(above: float, below: float) -> float:
 
 @inlined
 def angle_around(y: float, x: float) -> float:
-    """Angle of the point (x, y) from the axis of x, from 0 to 2π, to 1 in the last place; 0 of the origin."""
+    """Angle of the point (x, y) from the axis of x, from 0 to 2π, within 3 units of its last place; 0 of the origin."""
     a, b = abs(y), abs(x)
     # tangent of the angle less 0, 1 or 2 eighths of a half turn
     octants = 2.0 if a > _TAN_3 * b else (1.0 if a > _TAN_1 * b else 0.0)
