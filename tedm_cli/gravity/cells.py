@@ -110,7 +110,7 @@ def size_and_gap(shape: Shape, nodes: FloatArray, test_mass: TestMass) -> tuple[
 def _extent(
     net: FloatArray, points: FloatArray, dimension: int, body: Body
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Lengths [c, d] of cells, and the distances [c] of them and of their closest point from the cuboid about a body."""
+    """Lengths [c, d] of cells; distances [c] of them and of their closest points from the cuboid about a body."""
     # The compiled loops are loaded here: importing the compiler takes longer than all the rest of the room.
     from tedm_cli.gravity.cutting import put_extent
 

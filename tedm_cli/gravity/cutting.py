@@ -1,4 +1,4 @@
-"""What the cutting of elements asks of each element and cell, in compiled loops (the estimate: `tedm_cli.gravity.cells`)."""
+"""What the cutting of elements asks of each of them and of their cells, in compiled loops (estimate: `cells`)."""
 
 from __future__ import annotations
 

@@ -159,7 +159,7 @@ def log_of_one_plus(above: float, below: float) -> float:
     # With 2^k next to the ratio: the bits of a number grow with its logarithm to base 2, which they miss by 0.09.
     bits = np.float64(total).view(np.int64) - np.float64(below).view(np.int64)
     k = (bits + (1 << 51)) >> 52
-    scale = np.int64((1023 - k) << 52).view(np.float64)
+    scale = float(np.int64((1023 - k) << 52).view(np.float64))
     scaled = total * scale
     s = ((scaled - below) + rest * scale) / (scaled + below)
     s2 = s * s

@@ -1,4 +1,4 @@
-"""The closed form of many points at once: its logarithm and angle against 50 digits, and the form against the slow way."""
+"""The closed form of many points at once: its logarithm and angle against 50 digits, the form against the slow way."""
 
 import math
 
@@ -22,7 +22,9 @@ def units_off(found, exact):
 exponents = st.floats(-150.0, 150.0).map(lambda exponent: 10.0**exponent)
 near_octants = st.tuples(st.integers(0, 16), st.floats(-17.0, -1.0), st.sampled_from([-1.0, 1.0]))
 #: Ratios of all sizes, and those next to the powers of √2, where the exponent that is split off changes.
-ratios = st.one_of(exponents, st.tuples(st.integers(-3, 20), st.floats(0.99, 1.01)).map(lambda t: 2 ** (t[0] / 2) * t[1]))
+ratios = st.one_of(
+    exponents, st.tuples(st.integers(-3, 20), st.floats(0.99, 1.01)).map(lambda t: 2 ** (t[0] / 2) * t[1])
+)
 
 
 @settings(deadline=None, max_examples=300, derandomize=True)
@@ -124,7 +126,7 @@ def test_the_form_is_that_of_the_mathematical_library(shape):
 
 
 def test_an_edge_that_is_taken_away_leaves_nothing():
-    """On an edge of a cuboid and of the part taken away from it, where both logarithms are infinite, the rest is right."""
+    """On an edge of a cuboid and of a part taken away from it, where both logarithms are infinite, the rest is right."""
     low, middle, high = np.zeros(3), np.array([1.0, 0.7, 0.4]), np.array([1.0, 0.7, 1.1])
     points = np.array([[0.0, 0.0, 0.5], [1.0, 0.7, 0.9], [1.0, 0.0, 1.05]])
     whole, upper, lower = (np.empty((len(points), 9)) for _ in range(3))
