@@ -15,14 +15,12 @@ GROUP = 64
 def put_sums(values: FloatArray, mass: FloatArray, sums: FloatArray) -> None:
     """Write the sums of mass [n] times values [n, k] over groups of `GROUP` sources, [k, groups]."""
     count, columns = values.shape
-    total = np.empty(columns)
     for group in range(sums.shape[1]):
-        total[:] = 0.0
-        for n in range(group * GROUP, min(count, (group + 1) * GROUP)):
-            for k in range(columns):
-                total[k] += mass[n] * values[n, k]
         for k in range(columns):
-            sums[k, group] = total[k]
+            total = 0.0
+            for n in range(group * GROUP, min(count, (group + 1) * GROUP)):
+                total += mass[n] * values[n, k]
+            sums[k, group] = total
 
 
 @compiled

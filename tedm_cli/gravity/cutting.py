@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.gravity.compiled import compiled
+from tedm_cli.gravity.compiled import compiled, inlined
 
 # Of rows of a matrix turned until they are at right angles: three rows take some five.
 _SWEEPS = 30
@@ -27,81 +27,69 @@ def put_departure(basis: FloatArray, best: FloatArray, nodes: FloatArray, depart
     """
     corners, dimension = basis.shape
     rest = np.empty((corners, 3))
-    mean = np.empty(3)
-    rows = np.empty((dimension, 3))
-    turn = np.empty((dimension, dimension))
+    # the affine image in the first three columns, next to it the rotation that its rows have undergone
+    rows = np.empty((dimension, 3 + dimension))
     square = np.empty(dimension)
     share = np.empty(dimension)
     for e in range(nodes.shape[0]):
         for i in range(3):
-            mean[i] = 0.0
+            mean = 0.0
             for n in range(corners):
-                mean[i] += nodes[e, n, i] / corners
+                mean += nodes[e, n, i] / corners
             for n in range(corners):
-                rest[n, i] = nodes[e, n, i] - mean[i]
-        for a in range(dimension):
-            for i in range(3):
-                rows[a, i] = 0.0
+                rest[n, i] = nodes[e, n, i] - mean
+            for a in range(dimension):
+                total = 0.0
                 for n in range(corners):
-                    rows[a, i] += best[a, n] * rest[n, i]
-        for n in range(corners):
-            for i in range(3):
+                    total += best[a, n] * rest[n, i]
+                rows[a, i] = total
+            for n in range(corners):
                 for a in range(dimension):
                     rest[n, i] -= basis[n, a] * rows[a, i]
-        # Singular values of the affine image by one-sided Jacobi rotations (Golub & Van Loan, Matrix Computations,
-        # 2013, 8.6.3): `turn` times it has rows at right angles.
-        turn[:] = 0.0
         for a in range(dimension):
-            turn[a, a] = 1.0
-        for _ in range(_SWEEPS):
+            for b in range(dimension):
+                rows[a, 3 + b] = 1.0 if a == b else 0.0
+        # Singular values by one-sided Jacobi rotations, after which the rows are at right angles (Golub & Van Loan,
+        # Matrix Computations, 2013, 8.6.3).
+        turned = True
+        sweep = 0
+        while turned and sweep < _SWEEPS:
             turned = False
+            sweep += 1
             for a in range(dimension - 1):
                 for b in range(a + 1, dimension):
-                    aa = bb = ab = 0.0
-                    for i in range(3):
-                        aa += rows[a, i] * rows[a, i]
-                        bb += rows[b, i] * rows[b, i]
-                        ab += rows[a, i] * rows[b, i]
+                    aa, bb, ab = _dot(rows[a], rows[a]), _dot(rows[b], rows[b]), _dot(rows[a], rows[b])
                     if abs(ab) > _RIGHT_ANGLE * math.sqrt(aa * bb):
                         turned = True
                         half = (bb - aa) / (2.0 * ab)
-                        tangent = (1.0 if half >= 0.0 else -1.0) / (abs(half) + math.sqrt(1.0 + half * half))
+                        tangent = math.copysign(1.0 / (abs(half) + math.sqrt(1.0 + half * half)), half)
                         cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
-                        sine = tangent * cosine
-                        for i in range(3):
+                        for i in range(3 + dimension):
                             x, y = rows[a, i], rows[b, i]
-                            rows[a, i], rows[b, i] = cosine * x - sine * y, sine * x + cosine * y
-                        for i in range(dimension):
-                            x, y = turn[a, i], turn[b, i]
-                            turn[a, i], turn[b, i] = cosine * x - sine * y, sine * x + cosine * y
-            if not turned:
-                break
+                            rows[a, i], rows[b, i] = cosine * (x - tangent * y), cosine * (tangent * x + y)
         largest, smallest = 0.0, math.inf
         for a in range(dimension):
-            square[a] = rows[a, 0] * rows[a, 0] + rows[a, 1] * rows[a, 1] + rows[a, 2] * rows[a, 2]
+            square[a] = _dot(rows[a], rows[a])
             largest, smallest = max(largest, square[a]), min(smallest, square[a])
         inside = outside = 0.0
         for n in range(corners):
             for a in range(dimension):
                 # the pseudoinverse leaves out directions of no extent
-                along = 0.0
-                if square[a] > 1e-30 * largest:
-                    along = (rest[n, 0] * rows[a, 0] + rest[n, 1] * rows[a, 1] + rest[n, 2] * rows[a, 2]) / square[a]
-                share[a] = along
+                share[a] = _dot(rest[n], rows[a]) / square[a] if square[a] > 1e-30 * largest else 0.0
+                for i in range(3):
+                    rest[n, i] -= share[a] * rows[a, i]
             for b in range(dimension):
                 along = 0.0
                 for a in range(dimension):
-                    along += share[a] * turn[a, b]
+                    along += share[a] * rows[a, 3 + b]
                 inside = max(inside, abs(along))
-            distance = 0.0
-            for i in range(3):
-                left = rest[n, i]
-                for a in range(dimension):
-                    left -= share[a] * rows[a, i]
-                distance += left * left
-            outside = max(outside, distance)
-        outside = math.sqrt(outside / smallest) if smallest > 0.0 else 1.0
-        departure[e] = 2.0 * max(inside, outside)
+            outside = max(outside, _dot(rest[n], rest[n]))
+        departure[e] = 2.0 * max(inside, math.sqrt(outside / smallest) if smallest > 0.0 else 1.0)
+
+
+@inlined
+def _dot(first: FloatArray, second: FloatArray) -> float:
+    return float(first[0] * second[0] + first[1] * second[1] + first[2] * second[2])
 
 
 @compiled

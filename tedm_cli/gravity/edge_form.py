@@ -165,7 +165,7 @@ def log_of_one_plus(above: float, below: float) -> float:
     s2 = s * s
     s4 = s2 * s2
     series = (_L0 + s2 * _L1) + s4 * (_L2 + s2 * _L3) + (s4 * s4) * ((_L4 + s2 * _L5) + s4 * (_L6 + s2 * _L7))
-    exponent, twice = np.float64(k), s + s
+    exponent, twice = float(k), s + s
     return exponent * _LN2 + (twice + (twice * (s2 * series) + exponent * _LN2_REST))
 
 

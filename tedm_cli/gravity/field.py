@@ -106,6 +106,7 @@ class FieldSum:
 
         for name, partial in self._partial.items():
             values = getattr(field, name).reshape(mass.size, -1)
+            values.flags.writeable = False  # as most are: one compilation
             sums = np.empty((values.shape[1], -(-mass.size // GROUP)))
             put_sums(values, mass, sums)
             # summation over a contiguous axis is pairwise

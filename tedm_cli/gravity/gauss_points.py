@@ -113,7 +113,9 @@ def put_coefficients(
     cells, count = mass.shape
     for c in range(cells):
         shared = min(c, values.shape[0] - 1)
-        out[c] = 0.0
+        for n in range(out.shape[1]):
+            for k in range(24):
+                out[c, n, k] = 0.0
         for q in range(count):
             point = c * count + q
             m = mass[c, q]

@@ -40,7 +40,8 @@ def excess_field(points: FloatArray, scale: float, weights: FloatArray, field: F
     terms = np.zeros((degrees, pairs, 7))
     for m in range(degrees):
         for k in range((degrees - m + 1) // 2):
-            terms[m, k, :5] = weights[m, k]
+            for column in range(5):
+                terms[m, k, column] = weights[m, k, column]
         for k in range(pairs):
             degree = m + 2 * k
             terms[m, k, 5] = (degree**2 - m**2) / (4.0 * degree**2 - 1.0)
@@ -59,7 +60,8 @@ def excess_field(points: FloatArray, scale: float, weights: FloatArray, field: F
             square = 1.0 / (x * x + y * y + z * z)
             work[0, p], work[1, p], work[2, p], work[3, p] = x * square, y * square, z * square, square
             work[4, p], work[5, p] = math.sqrt(square), 0.0
-        total[:] = 0.0
+            for column in range(9):
+                total[column, p] = 0.0
         for m in range(degrees):
             for p in range(_LANES):
                 work[6, p], work[7, p] = 1.0, 0.0

@@ -126,7 +126,7 @@ def test_the_form_is_that_of_the_mathematical_library(shape):
 
 
 def test_an_edge_that_is_taken_away_leaves_nothing():
-    """On an edge of a cuboid and of a part taken away from it, where both logarithms are infinite, the rest is right."""
+    """On an edge of a cuboid and of a part taken from it, where both logarithms are infinite: the rest is right."""
     low, middle, high = np.zeros(3), np.array([1.0, 0.7, 0.4]), np.array([1.0, 0.7, 1.1])
     points = np.array([[0.0, 0.0, 0.5], [1.0, 0.7, 0.9], [1.0, 0.0, 1.05]])
     whole, upper, lower = (np.empty((len(points), 9)) for _ in range(3))
