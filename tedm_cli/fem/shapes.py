@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 import scipy
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import FloatArray, IntArray
 
 _HEX_CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 _BOTTOM_TO_TOP = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1), (1, 2), (2, 3), (3, 0)]}
@@ -175,6 +175,34 @@ def shape_of(card: str, nodes: int) -> Shape | None:
 def corner_count(card: str) -> int | None:
     """Number of corners of a card's shape, or None where the card has none."""
     return CARDS[card][0].corners if card in CARDS else None
+
+
+@lru_cache(maxsize=32)
+def polynomials(shape: Shape) -> tuple[IntArray, FloatArray]:
+    """The shape functions written out in powers of ξ, as compiled loops take them; `Shape.functions` is what they are.
+
+    Returns
+    -------
+    powers [k, d] of the monomials, the constant first, and coefficients [1 + d, k, n] of the functions and of their
+    derivatives along each ξ.
+    """
+    powers = np.array(list(np.ndindex((3,) * shape.dimension)), dtype=np.int64)
+    values, _ = shape.functions(powers / 2.0)
+    monomials = ((powers / 2.0)[:, None, :] ** powers).prod(axis=-1)
+    # The coefficients are integers, so that rounding leaves no error.
+    functions = np.round(np.linalg.solve(monomials, values))
+    row = {tuple(power): k for k, power in enumerate(powers.tolist())}
+    coefficients = np.zeros((1 + shape.dimension, *functions.shape))
+    coefficients[0] = functions
+    for axis in range(shape.dimension):
+        for k, power in enumerate(powers.tolist()):
+            if power[axis]:
+                lower = [p - (i == axis) for i, p in enumerate(power)]
+                coefficients[1 + axis, row[tuple(lower)]] = power[axis] * functions[k]
+    used = coefficients.any(axis=(0, 2))
+    powers, coefficients = powers[used], np.ascontiguousarray(coefficients[:, used])
+    powers.flags.writeable = coefficients.flags.writeable = False
+    return powers, coefficients
 
 
 @lru_cache(maxsize=256)

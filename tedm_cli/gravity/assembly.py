@@ -7,6 +7,21 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.gravity.compiled import compiled
 
+GROUP = 64
+"""Sources that `put_sums` adds in turn."""
+
+
+@compiled
+def put_sums(values: FloatArray, mass: FloatArray, sums: FloatArray) -> None:
+    """Write the sums of mass [n] times values [n, k] over groups of `GROUP` sources, [k, groups]."""
+    count, columns = values.shape
+    for group in range(sums.shape[1]):
+        for k in range(columns):
+            total = 0.0
+            for n in range(group * GROUP, min(count, (group + 1) * GROUP)):
+                total += mass[n] * values[n, k]
+            sums[k, group] = total
+
 
 @compiled
 def put_force_gradient(

@@ -18,7 +18,7 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
-from tedm_cli.fem.shapes import Shape
+from tedm_cli.fem.shapes import Shape, polynomials
 from tedm_cli.gravity.bodies.body import Body
 from tedm_cli.gravity.bodies.cuboid import Cuboid
 from tedm_cli.gravity.testmass import TestMass
@@ -78,10 +78,10 @@ def cut(
     departure = _departure(shape, nodes)
     low, high = np.zeros((len(nodes), shape.dimension)), np.ones((len(nodes), shape.dimension))
     while element.size:
-        net, points = _control_net(shape, nodes[element], low, high)
-        _require_outside(points, clearance[element], names[element], card, test_mass)
-        lengths = _lengths(net, shape.dimension)
-        gap = _gap(net, lengths, body)
+        net, points = _control_net(shape, nodes, element, low, high)
+        lengths, gap, closest = _extent(net, points, shape.dimension, body)
+        _require_outside(points, closest, clearance[element], names[element], card, test_mass)
+        gap = _gap(net, lengths, gap, body)
         kappa = departure[element] * (high - low).max(axis=1)
         wanted = _points_wanted(shape, lengths, gap, kappa, tolerance, even)
         longest = lengths.max(axis=1)
@@ -102,24 +102,35 @@ def size_and_gap(shape: Shape, nodes: FloatArray, test_mass: TestMass) -> tuple[
     nodes : [E, n, 3], in the frame of the test mass.
     """
     whole = np.zeros((len(nodes), shape.dimension))
-    net, _ = _control_net(shape, nodes, whole, whole + 1.0)
-    lengths = _lengths(net, shape.dimension)
-    return lengths.max(axis=1), _gap(net, lengths, test_mass.body)
+    net, points = _control_net(shape, nodes, np.arange(len(nodes)), whole, whole + 1.0)
+    lengths, gap, _ = _extent(net, points, shape.dimension, test_mass.body)
+    return lengths.max(axis=1), _gap(net, lengths, gap, test_mass.body)
 
 
-def _gap(net: FloatArray, lengths: FloatArray, body: Body) -> FloatArray:
+def _extent(
+    net: FloatArray, points: FloatArray, dimension: int, body: Body
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Lengths [c, d] of cells; distances [c] of them and of their closest points from the cuboid about a body."""
+    # The compiled loops are loaded here: importing the compiler takes longer than all the rest of the room.
+    from tedm_cli.gravity.cutting import put_extent
+
+    lengths, gap, closest = np.empty((len(net), dimension)), np.empty(len(net)), np.empty(len(net))
+    put_extent(net, points, body.low_m, body.high_m, lengths, gap, closest)
+    return lengths, gap, closest
+
+
+def _gap(net: FloatArray, lengths: FloatArray, gap: FloatArray, body: Body) -> FloatArray:
     """Distance of the boxes about control nets [c, k, 3] from the test mass, [c]: at most theirs.
 
-    Where a box is closer than long to the cuboid that holds another body, the sphere about it is held against the body
-    itself: what stands in a pocket is in that cuboid.
+    `gap` [c] is that from the cuboid that holds it. Where a box is closer than long to the cuboid that holds another
+    body, the sphere about it is held against the body itself: what stands in a pocket is in that cuboid.
     """
-    low, high = net.min(axis=1), net.max(axis=1)
-    gap = np.linalg.norm(np.maximum(0.0, np.maximum(low - body.high_m, body.low_m - high)), axis=1)
     if not isinstance(body, Cuboid):
         close = np.flatnonzero(gap < lengths.max(axis=1))
-        centre, half_diagonal = (low[close] + high[close]) / 2.0, np.linalg.norm(high[close] - low[close], axis=1) / 2.0
-        gap[close] = np.maximum(gap[close], body.distance(centre) - half_diagonal)
-    return np.asarray(gap)
+        low, high = net[close].min(axis=1), net[close].max(axis=1)
+        half_diagonal = np.linalg.norm(high - low, axis=1) / 2.0
+        gap[close] = np.maximum(gap[close], body.distance((low + high) / 2.0) - half_diagonal)
+    return gap
 
 
 def _points_wanted(
@@ -129,50 +140,36 @@ def _points_wanted(
 
     lengths : [c, d], m; gap : [c], distance from the test mass, m; kappa : [c], departure from an affine cell.
     """
-    with np.errstate(divide="ignore"):
-        log_rho = np.arcsinh(
-            np.where(lengths > 0.0, 2.0 * gap[:, None] / np.where(lengths > 0.0, lengths, 1.0), np.inf)
-        )
-    log_rho = np.minimum(log_rho, 50.0)
+    from tedm_cli.gravity.cutting import put_wanted
+
     degree, jacobian_degree = (2, 4) if shape.edges else (1, 2)
-    degree *= 1 if even else 2
-    slower = jacobian_degree * np.log1p(kappa[:, None] * np.exp(log_rho))
-    wanted = np.full(lengths.shape, MOST_POINTS + 1)
-    for p in range(MOST_POINTS, 0, -1):
-        enough = (2 * p - degree) * log_rho - slower >= np.log(_SAFETY / tolerance)
-        wanted[enough] = p
+    wanted = np.empty(lengths.shape, dtype=np.int64)
+    needed = float(np.log(_SAFETY / tolerance))
+    put_wanted(lengths, gap, kappa, degree if even else 2 * degree, jacobian_degree, needed, MOST_POINTS, wanted)
     return wanted
 
 
 def _departure(shape: Shape, nodes: FloatArray) -> FloatArray:
-    """Largest departure of each element's nodes from its best affine image, relative to its extent, [E].
+    """Largest departure of each element's nodes from its best affine image, relative to its extent, [E]."""
+    from tedm_cli.gravity.cutting import put_departure
 
-    In the element's own directions it counts per direction, out of a surface or off a line against the smallest extent.
-    """
     reference = shape.reference_nodes()
     basis = reference - reference.mean(axis=0)
-    centred = nodes - nodes.mean(axis=1, keepdims=True)
-    affine = np.linalg.pinv(basis) @ centred
-    rest = centred - basis @ affine
-    inverse = np.linalg.pinv(affine)
-    inside = rest @ inverse
-    outside = np.linalg.norm(rest - inside @ affine, axis=2)
-    smallest = np.linalg.svd(affine, compute_uv=False)[:, -1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        relative = np.nan_to_num(outside.max(axis=1) / smallest, nan=1.0, posinf=1.0)
-    return np.asarray(2.0 * np.maximum(np.abs(inside).max(axis=(1, 2)), relative))
+    departure = np.empty(len(nodes))
+    put_departure(basis, np.ascontiguousarray(np.linalg.pinv(basis)), np.ascontiguousarray(nodes), departure)
+    return departure
 
 
-def _control_net(shape: Shape, nodes: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _control_net(
+    shape: Shape, nodes: FloatArray, element: IntArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Bézier control points [c, k^d, 3] of each cell, whose hull holds it, and points [c, k^d, 3] of the cell."""
     k = 3 if shape.edges else 2
     lattice = np.stack(np.meshgrid(*([np.linspace(0.0, 1.0, k)] * shape.dimension), indexing="ij"), axis=-1)
     lattice = lattice.reshape(-1, shape.dimension)
-    t = low[:, None, :] + (high - low)[:, None, :] * lattice
-    if (low == 0.0).all() and (high == 1.0).all():
-        t = t[:1]
-    values, _ = shape.functions(shape.to_element(t))
-    points = values @ nodes
+    whole = bool((low == 0.0).all() and (high == 1.0).all())
+    t = lattice[None] if whole else low[:, None, :] + (high - low)[:, None, :] * lattice
+    _, points = points_of_cells(shape, shape.to_element(t), element, nodes)
     if k == 2:
         return points, points
     net = points.reshape(-1, *(k,) * shape.dimension, 3).copy()
@@ -182,29 +179,34 @@ def _control_net(shape: Shape, nodes: FloatArray, low: FloatArray, high: FloatAr
     return net.reshape(points.shape), points
 
 
-def _lengths(net: FloatArray, dimension: int) -> FloatArray:
-    """Longest control polygon of each cell along each of its directions, [c, d]."""
-    k = 3 if net.shape[1] == 3**dimension else 2
-    grid = net.reshape(-1, *(k,) * dimension, 3)
-    out = np.empty((len(net), dimension))
-    for axis in range(dimension):
-        polygon = np.linalg.norm(np.diff(grid, axis=axis + 1), axis=-1).sum(axis=axis + 1)
-        out[:, axis] = polygon.reshape(len(net), -1).max(axis=1)
-    return out
+def points_of_cells(
+    shape: Shape, xi: FloatArray, element: IntArray, nodes: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Shape functions [c or 1, q, n] and positions [c, q, 3] of points of cells of elements.
+
+    xi : [c or 1, q, d], in their elements' coordinates; element : [c], rows of `nodes` [E, n, 3], m.
+    """
+    from tedm_cli.gravity.gauss_points import put_points
+
+    powers, coefficients = polynomials(shape)
+    values = np.empty((*xi.shape[:2], shape.nodes))
+    position = np.empty((len(element), xi.shape[1], 3))
+    put_points(powers, coefficients[0], xi, element, nodes, values, position)
+    return values, position
 
 
 def _require_outside(
-    points: FloatArray, clearance: FloatArray, names: IntArray, card: str, test_mass: TestMass
+    points: FloatArray, closest: FloatArray, clearance: FloatArray, names: IntArray, card: str, test_mass: TestMass
 ) -> None:
     body = test_mass.body
-    distance = np.linalg.norm(np.maximum(0.0, np.maximum(body.low_m - points, points - body.high_m)), axis=2)
+    bad = ~(closest > clearance)
     if not isinstance(body, Cuboid):
-        close = distance <= clearance[:, None]
-        distance[close] = body.distance(points[close])
-    bad = ~(distance > clearance[:, None]).all(axis=1)
+        within = np.flatnonzero(bad & (closest >= 0.0))
+        distance = body.distance(points[within].reshape(-1, 3)).reshape(len(within), points.shape[1])
+        bad[within] = (distance <= clearance[within, None]).any(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
-        if not np.isfinite(points[first]).all():
+        if closest[first] < 0.0:
             raise PhysicsError(f"{card} {names[first]} has a node without a finite position")
         _touches(int(names[first]), card, test_mass)
 
@@ -223,9 +225,11 @@ def _grouped(shape: Shape, element: IntArray, low: FloatArray, high: FloatArray,
     """Cells with the same points per direction and, where the cube collapses, the same kind of rule."""
     spans = (low == 0.0) & (high == 1.0)
     key = np.concatenate([wanted, spans], axis=1)
-    kinds, inverse = np.unique(key, axis=0, return_inverse=True)
-    for number, kind in enumerate(kinds):
-        rows = np.flatnonzero(inverse.reshape(-1) == number)
+    # one number per kind: rows of numbers take far longer to sort
+    code = key @ (MOST_POINTS + 2) ** np.arange(key.shape[1])[::-1]
+    _, first, inverse = np.unique(code, return_index=True, return_inverse=True)
+    for number, kind in enumerate(key[first]):
+        rows = np.flatnonzero(inverse == number)
         counts = tuple(int(n) for n in kind[: shape.dimension])
         whole = tuple(bool(n) for n in kind[shape.dimension :])
         yield Cells(element[rows], low[rows], high[rows], counts, whole)

@@ -94,17 +94,23 @@ def self_gravity(
 
 
 class FieldSum:
-    """Sums of a field over sources, block by block: pairwise inside a block, exact between the blocks."""
+    """Sums of a field over sources, block by block: by groups and pairwise inside a block, exact between the blocks."""
 
     def __init__(self) -> None:
         self._partial: dict[str, list[FloatArray]] = {name: [] for name in _SHAPES}
 
     def add(self, field: BodyField, mass: FloatArray) -> None:
         """Add n sources of `mass` [n], kg."""
+        # The compiled loops are loaded here: importing the compiler takes longer than all the rest of the room.
+        from tedm_cli.gravity.assembly import GROUP, put_sums
+
         for name, partial in self._partial.items():
+            values = getattr(field, name).reshape(mass.size, -1)
+            values.flags.writeable = False  # as most are: one compilation
+            sums = np.empty((values.shape[1], -(-mass.size // GROUP)))
+            put_sums(values, mass, sums)
             # summation over a contiguous axis is pairwise
-            terms = np.ascontiguousarray((getattr(field, name).reshape(mass.size, -1) * mass[:, None]).T)
-            partial.append(terms.sum(axis=1))
+            partial.append(sums.sum(axis=1))
 
     def result(self, test_mass: TestMass, G: float) -> SelfGravity:
         """The sums times G, normalised by mass and tensor of inertia."""

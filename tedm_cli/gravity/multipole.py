@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.gravity.compiled import compiled
+from tedm_cli.gravity.compiled import compiled, inlined
 
 # Points taken together: the innermost loops run over them, so that the compiler can use vector instructions.
 _LANES = 64
-# For even and odd m, by row of the weights: real (0) or imaginary (1) part, and the component of the field.
-_PART = ((0, 0, 1, 0), (0, 1, 0, 1))
-_COLUMN = ((3, 4, 6, 2), (0, 1, 7, 8))
+# Pairs of degrees from which a group of points is kept in registers.
+_PAIRS = 4
+_State = tuple[float, float, float, float, float, float]
 
 
 @compiled
@@ -32,58 +32,81 @@ def excess_field(points: FloatArray, scale: float, weights: FloatArray, field: F
         ``-∂force_i/∂R_j`` for xx, yy, zz, xy, xz, yz [1/m³].
     """
     count, degrees = points.shape[0], weights.shape[0]
-    # x/r², y/r², z/r², 1/r²; 1/r times real and imaginary part of [(x + iy)/r²]^m; a_l for two degrees
-    x, y, z, square = np.empty(_LANES), np.empty(_LANES), np.empty(_LANES), np.empty(_LANES)
-    azimuth = np.empty((2, _LANES))
-    first, second = np.empty(_LANES), np.empty(_LANES)
-    # weighted sums over the degrees for one m, and the field, in the order of the weights for even and for odd m
-    column = np.empty((4, _LANES))
-    sum_0, sum_1, sum_2, sum_3 = column[0], column[1], column[2], column[3]
-    total = np.empty((2, 4, _LANES))
+    per_length = 1.0 / scale
+    per_square = per_length**2
+    per_cube = per_length**3
+    # the coefficients of the recurrence for two degrees, next to their weights: [m, k, 7], k filled up with zeros
+    pairs = weights.shape[1] + (-weights.shape[1]) % _PAIRS
+    terms = np.zeros((degrees, pairs, 7))
+    for m in range(degrees):
+        for k in range((degrees - m + 1) // 2):
+            for column in range(5):
+                terms[m, k, column] = weights[m, k, column]
+        for k in range(pairs):
+            degree = m + 2 * k
+            terms[m, k, 5] = (degree**2 - m**2) / (4.0 * degree**2 - 1.0)
+            terms[m, k, 6] = ((degree + 1) ** 2 - m**2) / (4.0 * (degree + 1) ** 2 - 1.0)
+    # One array for all, which the compiler need not suspect to overlap. Rows: x/r², y/r², z/r², 1/r²; 1/r times real
+    # and imaginary part of [(x + iy)/r²]^m; a_l for two degrees; weighted sums over the degrees for one m.
+    work = np.empty((12, _LANES))
+    total = np.empty((9, _LANES))
     for start in range(0, count, _LANES):
         for p in range(_LANES):
             # the last group is filled up with its last point
             n = min(start + p, count - 1)
-            px, py, pz = points[n, 0] / scale, points[n, 1] / scale, points[n, 2] / scale
-            square[p] = 1.0 / (px * px + py * py + pz * pz)
-            x[p], y[p], z[p] = px * square[p], py * square[p], pz * square[p]
-            azimuth[0, p], azimuth[1, p] = math.sqrt(square[p]), 0.0
-        total[:] = 0.0
+            work[0, p], work[1, p], work[2, p] = points[n, 0], points[n, 1], points[n, 2]
+        for p in range(_LANES):
+            x, y, z = work[0, p] * per_length, work[1, p] * per_length, work[2, p] * per_length
+            square = 1.0 / (x * x + y * y + z * z)
+            work[0, p], work[1, p], work[2, p], work[3, p] = x * square, y * square, z * square, square
+            work[4, p], work[5, p] = math.sqrt(square), 0.0
+            for column in range(9):
+                total[column, p] = 0.0
         for m in range(degrees):
-            first[:] = 1.0
-            second[:] = 0.0
-            column[:] = 0.0
-            for k in range((degrees - m + 1) // 2):
-                degree = m + 2 * k
-                w0, w1, w2, w3, w4 = (
-                    weights[m, k, 0],
-                    weights[m, k, 1],
-                    weights[m, k, 2],
-                    weights[m, k, 3],
-                    weights[m, k, 4],
-                )
-                down = (degree**2 - m**2) / (4.0 * degree**2 - 1.0)
-                down_next = ((degree + 1) ** 2 - m**2) / (4.0 * (degree + 1) ** 2 - 1.0)
-                for p in range(_LANES):
-                    a = first[p]
-                    b = z[p] * a - down * square[p] * second[p]
-                    sum_0[p] += w0 * a
-                    sum_1[p] += w1 * a
-                    sum_2[p] += w2 * a + w3 * b
-                    sum_3[p] += w4 * b
-                    second[p] = b
-                    first[p] = z[p] * b - down_next * square[p] * a
-            for row in range(4):
-                part = _PART[m % 2][row]
-                for p in range(_LANES):
-                    total[m % 2, row, p] += azimuth[part, p] * column[row, p]
             for p in range(_LANES):
-                real, imaginary = azimuth[0, p], azimuth[1, p]
-                azimuth[0, p] = x[p] * real - y[p] * imaginary
-                azimuth[1, p] = x[p] * imaginary + y[p] * real
+                work[6, p], work[7, p] = 1.0, 0.0
+                work[8, p] = work[9, p] = work[10, p] = work[11, p] = 0.0
+            for k in range(0, (degrees - m + 1) // 2, _PAIRS):
+                term_0, term_1, term_2, term_3 = terms[m, k], terms[m, k + 1], terms[m, k + 2], terms[m, k + 3]
+                for p in range(_LANES):
+                    z, square = work[2, p], work[3, p]
+                    state = work[6, p], work[7, p], work[8, p], work[9, p], work[10, p], work[11, p]
+                    state = _two_degrees(term_0, z, square, state)
+                    state = _two_degrees(term_1, z, square, state)
+                    state = _two_degrees(term_2, z, square, state)
+                    state = _two_degrees(term_3, z, square, state)
+                    work[6, p], work[7, p], work[8, p], work[9, p], work[10, p], work[11, p] = state
+            for p in range(_LANES):
+                real, imaginary = work[4, p], work[5, p]
+                if m % 2 == 0:
+                    total[3, p] += real * work[8, p]
+                    total[4, p] += real * work[9, p]
+                    total[6, p] += imaginary * work[10, p]
+                    total[2, p] += real * work[11, p]
+                else:
+                    total[0, p] += real * work[8, p]
+                    total[1, p] += imaginary * work[9, p]
+                    total[7, p] += real * work[10, p]
+                    total[8, p] += imaginary * work[11, p]
+                work[4, p] = work[0, p] * real - work[1, p] * imaginary
+                work[5, p] = work[0, p] * imaginary + work[1, p] * real
+        for p in range(_LANES):
+            total[5, p] = -(total[3, p] + total[4, p])
         for p in range(min(_LANES, count - start)):
-            for parity in range(2):
-                for row in range(4):
-                    target = _COLUMN[parity][row]
-                    field[start + p, target] = total[parity, row, p] / scale ** (2 if target < 3 else 3)
-            field[start + p, 5] = -(field[start + p, 3] + field[start + p, 4])
+            for column in range(9):
+                field[start + p, column] = total[column, p] * (per_square if column < 3 else per_cube)
+
+
+@inlined
+def _two_degrees(term: FloatArray, z: float, square: float, state: _State) -> _State:
+    """The sums, and the a of a degree and of the one before it, two degrees farther on."""
+    a, before, sum_0, sum_1, sum_2, sum_3 = state
+    b = z * a - term[5] * square * before
+    return (
+        z * b - term[6] * square * a,
+        b,
+        sum_0 + term[0] * a,
+        sum_1 + term[1] * a,
+        sum_2 + (term[2] * a + term[3] * b),
+        sum_3 + term[4] * b,
+    )

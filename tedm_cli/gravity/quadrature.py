@@ -9,8 +9,8 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
-from tedm_cli.fem.shapes import gauss_rule, measure
-from tedm_cli.gravity.cells import CLOSEST, Cells, cut
+from tedm_cli.fem.shapes import gauss_rule, polynomials
+from tedm_cli.gravity.cells import CLOSEST, Cells, cut, points_of_cells
 from tedm_cli.gravity.masses import ElementBlock, MassDistribution, PointMasses
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 
@@ -129,16 +129,16 @@ def element_sources(
     if relative is not None:
         size = np.zeros(len(nodes))
         for n, cells in enumerate(parts):
-            values = block.shape.functions(_element_points(block, cells)[0])[0]
+            values, _ = points_of_cells(block.shape, _element_points(block, cells)[0], cells.element, local)
             spread[n] = spread[n] * (values @ relative[cells.element][..., None])[..., 0]
             size += np.bincount(cells.element, spread[n].sum(axis=1), len(nodes))
     density = block.mass[part] / size
     first = part.start
     for cells, weight in zip(parts, spread, strict=True):
-        values = block.shape.functions(_element_points(block, cells)[0])[0]
+        values, place = points_of_cells(block.shape, _element_points(block, cells)[0], cells.element, local)
         yield QuadraturePoints(
             cells.element + first,
-            values @ local[cells.element],
+            place,
             weight * density[cells.element, None],
             values,
             nodes[cells.element],
@@ -171,7 +171,12 @@ def _element_points(block: ElementBlock, cells: Cells) -> tuple[FloatArray, Floa
 
 def _weights(block: ElementBlock, cells: Cells, local: FloatArray) -> FloatArray:
     """Weight times (signed) measure of the Gauss points of cells, [c, q]."""
+    # The compiled loops are loaded here: importing the compiler takes longer than all the rest of the room.
+    from tedm_cli.gravity.gauss_points import put_measures
+
     xi, scale = _element_points(block, cells)
-    _, slopes = block.shape.functions(xi)
-    jacobian = np.swapaxes(slopes, -1, -2) @ local[cells.element][:, None]
-    return scale * measure(jacobian)
+    powers, coefficients = polynomials(block.shape)
+    measure = np.empty((len(cells.element), scale.shape[1]))
+    put_measures(powers, coefficients[1:], xi, cells.element, local, measure)
+    measure *= scale
+    return measure

@@ -79,6 +79,8 @@ def structure_gravity(
     PhysicsError
         As `quadrature_points`.
     """
+    from tedm_cli.gravity.gauss_points import add_rows
+
     n_nodes = len(distribution.position)
     nodal = np.zeros((n_nodes, COLUMNS))
     levers = np.zeros((len(distribution.lever_node), 18))
@@ -88,7 +90,7 @@ def structure_gravity(
         count += block.mass.size
         field, pulled = pull_back(block, test_mass)
         total.add(field, block.mass.ravel())
-        _add_rows(nodal, block.nodes, pulled)
+        add_rows(nodal, block.nodes.ravel(), pulled.reshape(-1, COLUMNS))
         if np.any(block.lever != 0.0):
             moment = np.cross(block.lever[:, :, None, :], pulled[..., :18].reshape(*block.nodes.shape, 6, 3))
             _add_levers(levers, distribution.lever_node, block, moment)
@@ -116,28 +118,23 @@ def pull_back(block: QuadraturePoints, test_mass: TestMass) -> tuple[BodyField, 
     The coefficients, [c, n, 24], are masses times, per unit G: Γ_lin (9) and Ω_lin (9) by rows, for displacements in
     the basic frame; force (3) and torque (3).
     """
-    cells, q = block.mass.shape
+    # The compiled loops are loaded here: importing the compiler takes longer than all the rest of the room.
+    from tedm_cli.gravity.gauss_points import put_coefficients
+
     field = test_mass.body.field(block.position.reshape(-1, 3))
-    rows = np.empty((cells * q, COLUMNS))
-    rows[:, :9] = (field.gamma_lin @ test_mass.axes).reshape(-1, 9)
-    rows[:, 9:18] = (field.omega_lin @ test_mass.axes).reshape(-1, 9)
-    rows[:, 18:21] = field.force
-    rows[:, 21:] = field.torque
-    rows *= block.mass.reshape(-1, 1)
-    return field, np.asarray(np.swapaxes(block.values, 1, 2) @ rows.reshape(cells, q, COLUMNS))
-
-
-def _add_rows(target: FloatArray, index: IntArray, values: FloatArray) -> None:
-    """``target[index] += values`` where rows repeat: sorted sums are many times quicker than `np.add.at`."""
-    flat = index.ravel()
-    order = np.argsort(flat, kind="stable")
-    rows, start = np.unique(flat[order], return_index=True)
-    target[rows] += np.add.reduceat(values.reshape(flat.size, -1)[order], start, axis=0)
+    coefficients = np.empty((*block.nodes.shape, COLUMNS))
+    put_coefficients(
+        *(field.gamma_lin, field.omega_lin, field.force, field.torque),
+        *(test_mass.axes, block.mass, block.values, coefficients),
+    )
+    return field, coefficients
 
 
 def _add_levers(target: FloatArray, lever_node: IntArray, block: QuadraturePoints, moment: FloatArray) -> None:
     on = np.any(block.lever != 0.0, axis=2)
-    _add_rows(target, np.searchsorted(lever_node, block.nodes[on]), moment[on].reshape(-1, 18))
+    from tedm_cli.gravity.gauss_points import add_rows
+
+    add_rows(target, np.searchsorted(lever_node, block.nodes[on]), moment[on].reshape(-1, 18))
 
 
 def stack_rows(parts: Iterable[FloatArray]) -> FloatArray:
