@@ -1,4 +1,4 @@
-"""Plain cards read as columns: the same bits as pyNastran reads alone, in every form, and its judgement where they end."""
+"""Plain cards read as columns: the bits that pyNastran reads alone, in every form, and its judgement of the others."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import contextlib
 import io
 import random
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,9 @@ import numpy as np
 import pytest
 from pyNastran.bdf.bdf import BDF
 
-from tedm_cli.errors import InputError
 from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.bulk.numbers import integers, padded, reals, window
-from tedm_cli.nastran.reading import cross_reference, deck_files, read_deck
+from tedm_cli.nastran.reading import deck_files, read_deck
 
 HEAD = "SOL 101\nCEND\nTEMPERATURE(LOAD) = 1\nBEGIN BULK\n"
 REST = [
@@ -83,7 +82,8 @@ def number(choose: random.Random, width: int) -> str:
     else:
         mantissa, exponent = f"{value:.{max(digits - 4, 0)}e}".split("e")
         sign = choose.choice(["+", "-"]) if form == "bare" else choose.choice(["", "+", "-"])
-        text = f"{mantissa if '.' in mantissa else mantissa + '.'}{'' if form == 'bare' else form}{sign}{abs(int(exponent))}"
+        letter = "" if form == "bare" else form
+        text = f"{mantissa if '.' in mantissa else mantissa + '.'}{letter}{sign}{abs(int(exponent))}"
     if "." not in text:
         text = text.replace("e", ".e")
     if re.match(r"-?0\.\d", text) and choose.random() < 0.5:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.nastran.bulk.lines import NotPlainError
 from tedm_cli.nastran.bulk.numbers import Ids
-from tedm_cli.nastran.bulk.plain import PlainCards, PlainElements, PlainGrids
+from tedm_cli.nastran.bulk.plain import PLATES, PlainCards, PlainElements, PlainGrids
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,19 @@ class ElementColumns:
         if kept.all():
             return self.node_offset, self.node_id
         return np.concatenate([[0], np.cumsum(kept)])[self.node_offset], self.node_id[kept]
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Elements with the same card, number of grids and property, and no object of their own; others are by themselves.
+
+    first : [R], row of the first element of each of them, ascending; number : [E], which of them an element is of;
+    count : [R].
+    """
+
+    first: IntArray
+    number: IntArray
+    count: IntArray
 
 
 @dataclass(frozen=True)
@@ -165,6 +178,42 @@ class Columns:
             pid[at] = own
             node[start[at] : start[at] + len(nodes)] = nodes
         return ElementColumns(ids[place], kind[place], cards, pid[place], offset, node)
+
+    @cached_property
+    def alike(self) -> Alike:
+        """Elements that differ in their grids, and plates in their offset and material angle, alone."""
+        e, order = self.element, self.element_order
+        row_of = np.searchsorted(e.id, order.id)
+        label = np.full(len(e.id), -1, dtype=np.int64)
+        known = 0
+        for number, piece in enumerate(self.plain_elements.values()):
+            rows = np.flatnonzero(order.kind == number)
+            pids, which = np.unique(piece.property_id[order.row[rows]], return_inverse=True)
+            label[row_of[rows]] = known + which
+            known += len(pids)
+        own = np.flatnonzero(label < 0)
+        label[own] = known + np.arange(len(own))
+        _, first, number_of, count = np.unique(label, return_index=True, return_inverse=True, return_counts=True)
+        place = np.argsort(first)
+        rank = np.empty_like(place)
+        rank[place] = np.arange(len(place))
+        return Alike(first[place], rank[number_of], count[place])
+
+    def plate_offsets(self, ids: IntArray) -> FloatArray:
+        """ZOFFS [n] of elements, ids ascending; 0 where the card has none."""
+        out = np.zeros(len(ids))
+        for (card, _), piece in self.plain_elements.items():
+            if card in PLATES and len(ids):
+                rows = np.searchsorted(ids, piece.id).clip(max=len(ids) - 1)
+                there = ids[rows] == piece.id
+                out[rows[there]] = piece.z_offset[there]
+        for row in np.flatnonzero(np.isin(ids, list(self.element_cards))).tolist():
+            out[row] = float(getattr(self.element_cards[int(ids[row])], "zoffset", 0.0) or 0.0)
+        return out
+
+    def examples(self) -> list[Any]:
+        """The first element of each that are alike, as pyNastran has it."""
+        return [self._model.elements[int(i)] for i in self.element.id[self.alike.first]]
 
 
 @dataclass(frozen=True)

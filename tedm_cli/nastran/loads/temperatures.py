@@ -72,7 +72,7 @@ def temperature_dependent(model: Any) -> list[str]:
 def reference_temperatures(model: Any) -> dict[float, str]:
     """TREF of every material that expands and every laminate of a cross-referenced model, each with one that has it."""
     found: dict[float, str] = {}
-    for owner in [*model.properties.values(), *model.elements.values()]:
+    for owner in [*model.properties.values(), *columns_of(model).element_cards.values()]:  # plain ones have a property
         if owner.type in _LAMINATES:
             found.setdefault(float(owner.tref or 0.0), f"{owner.type} {owner.pid}")
             continue

@@ -54,10 +54,10 @@ def check_sample(model: Any, geometry: ModelGeometry) -> SampleCheck:
     e = geometry.elements
     factor = geometry.units.mass_kg * number_parameter(model, "WTMASS", 1.0, str(geometry.files[0]))
     cards, card_of = np.unique(e.type, return_inverse=True)
-    kinds, kind = np.unique(np.column_stack([card_of, e.property_id]), axis=0, return_inverse=True)
-    names = [f"{cards[c]}:{p}" for c, p in kinds.tolist()]
-    rank = np.argsort(np.argsort(names))  # in the order of their names
-    kind = rank[kind.reshape(-1)]
+    most = int(e.property_id.max(initial=0)) + 1
+    kinds, kind = np.unique(most * card_of + e.property_id, return_inverse=True)
+    names = [f"{cards[key // most]}:{key % most}" for key in kinds.tolist()]
+    kind = np.argsort(np.argsort(names))[kind]  # in the order of their names
     order = np.argsort(kind, kind="stable")
     compared, largest, worst = 0, 0.0, ""
     for rows in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):

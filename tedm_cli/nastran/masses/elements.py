@@ -13,7 +13,6 @@ from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.fem.measure import blocks, contents
 from tedm_cli.fem.shapes import CARDS, PYRAMID_AS_BRICK, Shape, corner_count, shape_of
 from tedm_cli.nastran.bulk.columns import ElementColumns, columns_of
-from tedm_cli.nastran.bulk.plain import PLATES
 from tedm_cli.nastran.masses.lines import line_spread
 from tedm_cli.nastran.masses.midside import check_midside, check_partial
 from tedm_cli.nastran.masses.nonstructural import Measured, nonstructural
@@ -26,6 +25,9 @@ _MASSLESS = {
     *("CELAS1", "CELAS2", "CELAS3", "CELAS4", "CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4", "CDAMP5", "CVISC", "CGAP"),
     *("CBUSH1D", "CBUSH2D", "CFAST", "CWELD", "CSEAM", "GENEL", "PLOTEL", "CHBDYG", "CHBDYE", "CHBDYP"),
 }
+
+
+_MOST_NODES = 1 << 20  # more than an element has
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,7 @@ def _cards(model: Any, rows: Callable[[IntArray, str], IntArray], where: str) ->
     offset, node = columns.without(model.spoints)
     counts, partial = np.diff(offset), []
     kept = np.ones(len(node), dtype=bool)
-    for kind, count in np.unique(np.column_stack([columns.kind, counts]), axis=0).tolist():
+    for kind, count in (divmod(key, _MOST_NODES) for key in np.unique(_MOST_NODES * columns.kind.astype(int) + counts)):
         card = str(columns.cards[kind])
         least = corner_count(card) if card != "CPYRAM" else 5
         if least is not None and count != least and shape_of(card, count) is None:
@@ -160,11 +162,11 @@ def _groups(cards: _Cards, position: FloatArray, to_basic: ToBasic) -> list[_Gro
     """The elements by card and number of nodes, each with the spread of its mass."""
     out, where, columns = [], cards.where, cards.columns
     counts = np.diff(cards.node_offset)
-    kinds, inverse = np.unique(np.column_stack([columns.kind, counts]), axis=0, return_inverse=True)
-    named = [(str(columns.cards[kind]), count) for kind, count in kinds.tolist()]
+    kinds, inverse = np.unique(_MOST_NODES * columns.kind.astype(np.int64) + counts, return_inverse=True)
+    named = [(str(columns.cards[key // _MOST_NODES]), key % _MOST_NODES) for key in kinds.tolist()]
     for number in sorted(range(len(named)), key=lambda k: f"{named[k][0]}:{named[k][1]}"):
         card, count = named[number]
-        place = np.flatnonzero(inverse.reshape(-1) == number)
+        place = np.flatnonzero(inverse == number)
         members = _Members(cards.model, columns.id[place])
         at = cards.node_index[cards.node_offset[place][:, None] + np.arange(count)]
         shape = shape_of(card, count)
@@ -195,19 +197,11 @@ def _groups(cards: _Cards, position: FloatArray, to_basic: ToBasic) -> list[_Gro
 def _plates(cards: _Cards, place: IntArray) -> Plates:
     """Plates in these places of the order of the model."""
     ids, own = cards.columns.id[place], cards.own
-    columns = columns_of(cards.model)
-    offset = np.zeros(len(ids))
-    for (card, _), piece in columns.plain_elements.items():
-        if card in PLATES:
-            rows = np.searchsorted(ids, piece.id).clip(max=len(ids) - 1)
-            there = ids[rows] == piece.id
-            offset[rows[there]] = piece.z_offset[there]
-    rows = np.flatnonzero(np.isin(ids, np.array(sorted(own), dtype=np.int64)))
     return Plates(
         cards.columns.property_id[place],
         cards.model.properties,
-        offset,
-        {int(row): own[int(ids[row])] for row in rows},
+        columns_of(cards.model).plate_offsets(ids),
+        {row: own[int(ids[row])] for row in np.flatnonzero(np.isin(ids, list(own))).tolist()},
         lambda row: f"{cards.columns.cards[cards.columns.kind[place[row]]]} {ids[row]}",
     )
 
@@ -306,37 +300,25 @@ def _integrated(cards: _Cards, position: FloatArray, groups: list[_Group], facto
 
 def _property_types(cards: _Cards) -> list[str]:
     """Names of the properties' cards [E]; empty where an element has none."""
-    columns = cards.columns
-    pids, number = np.unique(columns.property_id, return_inverse=True)
-    found = [cards.model.properties.get(pid) for pid in pids.tolist()]
-    out = np.array(["" if p is None else str(p.type) for p in found], dtype="U8")[number]
-    for eid, element in cards.own.items():
-        prop = getattr(element, "pid_ref", None)
-        out[np.searchsorted(columns.id, eid)] = "" if prop is None else str(prop.type)
-    return [str(name) for name in out]
+    columns = columns_of(cards.model)
+    found = [getattr(element, "pid_ref", None) for element in columns.examples()]
+    names = ["" if prop is None else str(prop.type) for prop in found]
+    return [names[k] for k in columns.alike.number.tolist()]
 
 
 def _materials(cards: _Cards) -> tuple[FloatArray, FloatArray]:
     """Density and expansion [E] of the elements' materials; NaN where the property has no single material."""
-    columns, own = cards.columns, cards.own
     known: dict[int, tuple[float, float]] = {}
-    out = np.empty((len(columns.id), 2))
-    mine = np.isin(columns.id, np.array(sorted(own), dtype=np.int64)) if own else np.zeros(len(out), dtype=bool)
-    plain = np.flatnonzero(~mine)
-    pids, first, number = np.unique(columns.property_id[plain], return_index=True, return_inverse=True)
-    values = np.empty((len(pids), 2))
-    for k, (pid, row) in enumerate(zip(pids.tolist(), plain[first].tolist(), strict=True)):
-        what = f"{columns.cards[columns.kind[row]]} {columns.id[row]}"
-        values[k] = _material(cards.model.properties[pid], what, cards)
-    out[plain] = values[number]
-    for row in np.flatnonzero(mine).tolist():
-        element = own[int(columns.id[row])]
+    columns = columns_of(cards.model)
+    out = []
+    for element in columns.examples():  # and those that are alike
         prop = getattr(element, "pid_ref", None)
         holder = element if prop is None else prop
         if id(holder) not in known:
             known[id(holder)] = _material(holder, f"{element.type} {element.eid}", cards)
-        out[row] = known[id(holder)]
-    return out[:, 0], out[:, 1]
+        out.append(known[id(holder)])
+    values = np.array(out).reshape(-1, 2)[columns.alike.number]
+    return values[:, 0], values[:, 1]
 
 
 def _material(holder: Any, what: str, cards: _Cards) -> tuple[float, float]:

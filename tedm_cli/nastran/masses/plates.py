@@ -32,9 +32,8 @@ class _Plate:
 
 @dataclass(frozen=True)
 class Plates:
-    """Plates of one shape: properties [E], the cards of these by id, ZOFFS [E] as on the card, and by their rows those
-    with an object of their own, which may have corner thicknesses; their offset is on it. `name` gives card and id of a
-    row."""
+    """Plates of one shape: properties [E], the cards of these by id, ZOFFS [E], and by their rows those with an
+    object of their own, which may have corner thicknesses. `name` gives card and id of a row."""
 
     property_id: IntArray
     properties: Mapping[int, Any]
@@ -66,7 +65,6 @@ def plate_spread(elements: Plates, shape: Shape, position: FloatArray, where: st
     shift = of_each([p.shift for p in plates]) + elements.offset
     for i, element in elements.own.items():
         plate = plates[number[i]]
-        shift[i] += float(getattr(element, "zoffset", 0.0) or 0.0)
         if plate.density is not None:
             corners = [getattr(element, f"T{c + 1}", None) for c in range(shape.corners)]
             if any(t is not None for t in corners):
