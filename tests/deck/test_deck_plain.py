@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from pyNastran.bdf.bdf import BDF
 
+from tedm_cli.errors import InputError
 from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.bulk.numbers import integers, padded, reals, window
-from tedm_cli.nastran.reading import deck_files, read_deck
+from tedm_cli.nastran.reading import cross_reference, deck_files, read_deck
 
 HEAD = "SOL 101\nCEND\nTEMPERATURE(LOAD) = 1\nBEGIN BULK\n"
 REST = [
@@ -161,11 +162,11 @@ def random_deck(choose: random.Random) -> list[str]:
     return cards
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_random_decks_are_read_to_the_bit(tmp_path: Path, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """In any form, in files that include each other, and in blocks that end anywhere."""
     choose = random.Random(seed)
-    monkeypatch.setattr("tedm_cli.nastran.bulk.streamed._BLOCK", choose.choice([97, 1000, 1 << 22]))
+    monkeypatch.setattr("tedm_cli.nastran.bulk.streamed._BLOCK", choose.choice([499, 4999, 1 << 22]))
     cards, end = random_deck(choose), choose.choice(["\n", "\r\n"])
     half = len(cards) // 2
     (tmp_path / "more.inc").write_bytes((end.join("\n".join(cards[half:]).split("\n")) + end).encode())
@@ -201,3 +202,92 @@ def test_every_number_that_is_read_is_that_of_pynastran() -> None:
         if whole.read[row] and stripped:
             assert whole.value[row] == int(stripped)
     assert not whole.read[[i for i, t in enumerate(texts) if t.strip() and not t.strip().isdecimal()]].any()
+
+
+PLAIN = [*REST, "GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "GRID,3,,0.,1.,0.", "GRID,4,,0.,0.,1.", "CTETRA,1,1,1,2,3,4"]
+
+
+def deck(path: Path, cards: Sequence[str], head: str = HEAD) -> Path:
+    path.write_text(head + "\n".join([*cards, "ENDDATA", ""]))
+    return path
+
+
+@pytest.mark.parametrize(
+    "cards",
+    [
+        ["GRID,1,,0.,0.,0."],  # a copy
+        ["GRID,5,,0.,0.,0.", "$              5"],  # fields that are commented out
+        ["GRID,5,,0.,0.,0.", "INCLUDE 'more.inc'", "+,1"],  # goes on after the file
+        ["INCLUDE 'torn.inc'"],  # goes on in the file
+        ["INCLUDE 'end.inc'"],  # ends the data
+    ],
+    ids=["copy", "numbers alone", "after INCLUDE", "in INCLUDE", "ENDDATA in INCLUDE"],
+)
+def test_pynastran_alone_judges_what_is_not_plain(tmp_path: Path, cards: list[str]) -> None:
+    """Decks that are one by what stands around their cards, whether they are read or refused."""
+    (tmp_path / "more.inc").write_text("GRID,6,,0.,0.,0.\n")
+    (tmp_path / "torn.inc").write_text(",,,\nGRID,7,,0.,0.,0.\n")
+    (tmp_path / "end.inc").write_text("ENDDATA\n")
+    path = deck(tmp_path / "model.bdf", [*PLAIN, *cards])
+    with pytest.MonkeyPatch.context() as patch, contextlib.suppress(InputError):
+        patch.setattr("tedm_cli.nastran.bulk.views.CardTable.__getitem__", lambda *_: pytest.fail("made of a column"))
+        model = read_deck(path, cross_reference=False)
+        assert model.tedm_how is None
+        assert not len(columns_of(model).plain_grids.id)
+
+
+@pytest.mark.parametrize(
+    ("cards", "fact"),
+    [
+        (["GRID,5,,0.,0.,1"], "GRID 5: field 5 (x3) is '1', and must be a float or blank"),
+        (["GRID,5,,0.,0.,nan"], "GRID 5: nan is no number"),
+        (["GRID,1,,0.,0.,9."], "GRID 1"),
+        (["CTETRA,2,1,1,2,3,99"], "99"),
+        (["CTETRA,2,77,1,2,3,4"], "77"),
+        (["GRID,5,8,0.,0.,1."], "8"),
+        (["GRID     5             0.      0.      0.      0.      0.             0.         9"], "columns"),
+    ],
+    ids=["no point", "nan", "twice", "no grid", "no property", "no frame", "long"],
+)
+def test_errors_name_file_and_line(tmp_path: Path, cards: list[str], fact: str) -> None:
+    """As pyNastran alone finds them, also where the deck is cross-referenced later."""
+    path = deck(tmp_path / "model.bdf", [*PLAIN, "$ a word", "", *cards])
+    with pytest.raises(InputError) as first:
+        read_deck(path)
+    with pytest.raises(InputError) as later:
+        cross_reference(read_deck(path, cross_reference=False), path)
+    assert str(first.value) == str(later.value)
+    assert fact in first.value.fact
+    assert first.value.where == f"{path}:{HEAD.count(chr(10)) + len(PLAIN) + 3}"
+
+
+def test_defaults_of_grids_hold_for_plain_ones(tmp_path: Path) -> None:
+    """GRDSET, as pyNastran has it: the displacement frame alone, once the model is cross-referenced."""
+    path = deck(tmp_path / "model.bdf", [*PLAIN, "GRDSET,,,,,,5"])
+    theirs = alone(path)
+    theirs.cross_reference(xref_loads=False)
+    model = read_deck(path)
+    assert model.tedm_how is not None
+    assert columns_of(model).grid.cd.tolist() == [theirs.nodes[i].Cd() for i in range(1, 5)] == [5] * 4
+    assert [model.nodes[i].Cd() for i in range(1, 5)] == [5] * 4
+
+
+def test_places_of_other_cards_are_those_of_the_file(tmp_path: Path) -> None:
+    """Plain cards before them are no longer among the lines that pyNastran counts."""
+    (tmp_path / "more.inc").write_text("GRID,6,,0.,0.,0.\n$ note\nPARAM,WTMASS,1.\n")
+    path = deck(tmp_path / "model.bdf", [*PLAIN, "PARAM,POST,-1", "GRID,5,,0.,0.,0.", "INCLUDE 'more.inc'"])
+    model = read_deck(path, cross_reference=False)
+    assert model.tedm_how is not None
+    assert model.tedm_parameters == {"POST": f"{path}:16", "WTMASS": f"{tmp_path / 'more.inc'}:3"}
+    assert sorted(model.nodes) == [1, 2, 3, 4, 5, 6]
+
+
+def test_case_control_of_a_file_is_no_bulk_data(tmp_path: Path) -> None:
+    (tmp_path / "control.inc").write_text("TEMPERATURE(LOAD) = 1\n")
+    head = "SOL 101\nCEND\nINCLUDE 'control.inc'\nBEGIN BULK\n"
+    model = read_deck(deck(tmp_path / "model.bdf", PLAIN, head), cross_reference=False)
+    assert model.tedm_how is not None
+    assert len(columns_of(model).plain_grids.id) == 4
+    (tmp_path / "control.inc").write_text("TEMPERATURE(LOAD) = 1\nBEGIN BULK\n")
+    head = "SOL 101\nCEND\nINCLUDE 'control.inc'\n"
+    assert read_deck(deck(tmp_path / "model.bdf", PLAIN, head), cross_reference=False).tedm_how is None
