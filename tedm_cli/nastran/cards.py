@@ -6,7 +6,7 @@ The checks of a card look at its text as a whole first, because decks have milli
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -37,7 +37,16 @@ class BulkChecks:
     its name; `element_temperatures` : the cards of temperatures of elements; all once the deck has been read.
     """
 
-    def __init__(self, model: Any, path: Path, *, allow_missing_enddata: bool) -> None:
+    def __init__(
+        self,
+        model: Any,
+        path: Path,
+        *,
+        allow_missing_enddata: bool,
+        number: Callable[[int, int], int] | None = None,
+    ) -> None:
+        """`number` gives the number of a line in its file where pyNastran has read only some of them."""
+        self._number = number or (lambda _, line: line)
         self._model, self._path, self._needs_end = model, path, not allow_missing_enddata
         self._cards: list[Any] = []
         self._split, self._create = model.get_bdf_cards, model.create_card_object
@@ -58,6 +67,7 @@ class BulkChecks:
 
     def _place(self, file_and_line: Any) -> str:
         file, line = (int(i) for i in file_and_line)
+        line = self._number(file, line)
         included = [Path(str(name)) for name in self._model.active_filenames]  # the main file is the first
         named = included[file] if 0 < file < len(included) else self._path
         return f"{named if named.is_absolute() or named.exists() else self._path.parent / named}:{line + 1}"

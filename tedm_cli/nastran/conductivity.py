@@ -11,6 +11,7 @@ import numpy as np
 from tedm_cli import deck_units as u
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.fem.conduction import ConductingMesh, has_conduction
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
 from tedm_cli.nastran.units import units_of
 
@@ -48,8 +49,11 @@ def conductors(model: Any, geometry: ModelGeometry, configured: Mapping[int, flo
     bulk &= solid | (e.section > 0.0)
     table = _Table(model, configured)
     conductivity = np.zeros(len(e.id))
-    for row in np.flatnonzero(bulk).tolist():
-        conductivity[row] = table.of(model.elements[int(e.id[row])])
+    alike, columns = columns_of(model).alike.number, columns_of(model).element
+    group = alike[np.searchsorted(columns.id, e.id)]
+    for number, first in zip(*np.unique(group[bulk], return_index=True), strict=True):
+        rows = np.flatnonzero(bulk & (group == number))
+        conductivity[rows] = table.of(model.elements[int(e.id[bulk][first])], e.id[rows].tolist())
     table.refuse(deck, where)
     mesh = ConductingMesh(
         position=geometry.position_m,
@@ -75,26 +79,27 @@ class _Table:
         self._used: set[int] = set()
         self._lacking: dict[int, list[int]] = {}
 
-    def of(self, element: Any) -> float:
-        """Of an element, W/(m K): the mean over a laminate's thickness. 0 where a material has none (see `refuse`)."""
+    def of(self, element: Any, ids: list[int]) -> float:
+        """Of an element, and of others (`ids`) that are alike, W/(m K): the mean over a laminate's thickness. 0 where a
+        material has none (see `refuse`)."""
         prop = getattr(element, "pid_ref", None)
         holder = element if prop is None else prop
         if holder.type in _LAMINATES:
             plies = list(zip(holder.mids, holder.thicknesses, strict=True))  # a mirror image changes no mean
             whole = sum(float(t) for _, t in plies)
-            return sum(self._material(int(mid), element) * float(t) for mid, t in plies) / whole
+            return sum(self._material(int(mid), ids) * float(t) for mid, t in plies) / whole
         mid = getattr(holder, "mid1", None) or getattr(holder, "mid2", None) or getattr(holder, "mid", None)
         if mid is None:
             mid = holder.Mid()
-        return self._material(int(mid), element)
+        return self._material(int(mid), ids)
 
-    def _material(self, mid: int, element: Any) -> float:
+    def _material(self, mid: int, ids: list[int]) -> float:
         self._used.add(mid)
         found = self._known.get(mid)
         if found is None:
             found = self._known[mid] = self._found(mid)
         if not found:
-            self._lacking.setdefault(mid, []).append(int(element.eid))
+            self._lacking.setdefault(mid, []).extend(ids)
         return found
 
     def _found(self, mid: int) -> float:
@@ -124,7 +129,8 @@ class _Table:
             raise ConfigError(problems, where=where)
         if self._lacking:
             listed = "; ".join(
-                f"{self._why(mid)} (elements {id_list(ids, 4)})" for mid, ids in list(sorted(self._lacking.items()))[:6]
+                f"{self._why(mid)} (elements {id_list(sorted(ids), 4)})"
+                for mid, ids in list(sorted(self._lacking.items()))[:6]
             )
             more = f"; and {len(self._lacking) - 6} more materials" if len(self._lacking) > 6 else ""
             raise InputError(

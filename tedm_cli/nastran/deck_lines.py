@@ -54,10 +54,15 @@ class Sections:
 
 @dataclass(frozen=True)
 class Head:
-    """Executive and case control of a deck, without CEND and BEGIN BULK."""
+    """Executive and case control of a deck, without CEND and BEGIN BULK.
+
+    begin : the line of BEGIN BULK. files : the main file, and those that were included before it.
+    """
 
     executive: tuple[Line, ...]
     control: tuple[Line, ...]
+    begin: Line
+    files: tuple[Path, ...]
 
 
 def read_head(path: Path) -> Head:
@@ -68,13 +73,14 @@ def read_head(path: Path) -> Head:
     InputError : what `_expand` refuses; no BEGIN BULK, no CEND before it.
     """
     lines: list[Line] = []
+    files: list[Path] = []
     cend: int | None = None
-    for line in _expand(path, []):
+    for line in _expand(path, files):
         word = line.code.strip().upper()
         if re.match(r"BEGIN\b", word):
             if cend is None:
                 raise _no_cend(path)
-            return Head(tuple(lines[:cend]), tuple(lines[cend:]))
+            return Head(tuple(lines[:cend]), tuple(lines[cend:]), line, tuple(files))
         if cend is None and re.fullmatch(r"CEND\b.*", word):
             cend = len(lines)
         else:

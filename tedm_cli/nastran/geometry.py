@@ -12,9 +12,10 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.loads.area_loads import Mesh
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
-from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
+from tedm_cli.nastran.masses.elements import Elements, model_elements
 from tedm_cli.nastran.masses.matrices import refuse_matrices
 from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.plausible import check_units
@@ -89,16 +90,17 @@ def grids(model: Any, files: list[Path]) -> Grids:
     where = str(files[0])
     if not model.nodes or not model.elements:
         raise InputError("holds no grids or no elements", where=where)
-    ids = np.array(sorted(model.nodes), dtype=np.int64)
-    fluid = [i for i in ids.tolist() if model.nodes[i].Cd() == -1]
-    if fluid:
+    columns = columns_of(model)
+    ids = columns.grid.id
+    fluid = ids[columns.grid.cd == -1]
+    if fluid.size:
         raise InputError(
             f"{len(fluid)} GRID with CD = -1, which hold a pressure and do not move: {id_list(fluid)}",
             where=where,
             hint="leave the fluid out of the deck, or give the grids a frame",
         )
-    corners = {n for e in model.elements.values() for n in element_nodes(e, model.spoints)}
-    rows = rows_of(ids, np.array(sorted(corners), dtype=np.int64), where=where, what="an element")
+    corners = np.unique(columns.element.without(model.spoints)[1])
+    rows = rows_of(ids, corners, where=where, what="an element")
     structural = np.zeros(len(ids), dtype=bool)
     structural[rows] = True
     return Grids(files, ids, structural, np.isin(ids, grids_of_rigid_elements(model, where)))
@@ -117,7 +119,7 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
     refuse_matrices(model, where)
     frames = frames_of(model)
     position = grid_positions(model, ids, frames)
-    displacement_frame = np.array([int(model.nodes[i].Cd()) for i in ids.tolist()], dtype=np.int64)
+    displacement_frame = columns_of(model).grid.cd.astype(np.int64)
     factor = number_parameter(model, "WTMASS", 1.0, where)
 
     def rows(wanted: IntArray, what: str) -> IntArray:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.frames import local_coordinates
 from tedm_cli.nastran.geometry import Grids, rows_of
 from tedm_cli.nastran.loads.area_loads import Mesh
@@ -102,11 +103,12 @@ class SetMembers:
 
 def membership(model: Any, grids: Grids, *, positions: bool, axes: bool = False) -> Membership:
     """Membership of a model's grids; with `positions` or `axes` the model must be cross-referenced."""
-    elements = [model.elements[i] for i in sorted(model.elements)]
-    nodes = [[int(n) for n in e.node_ids if n] for e in elements]
-    pids = [max(int(getattr(e, "pid", None) or 0), 0) for e in elements]  # pyNastran gives CONROD a negative one
-    mids = [int(e.Mid()) if p == 0 and hasattr(e, "mid") else 0 for e, p in zip(elements, pids, strict=True)]
-    flat = np.array([n for row in nodes for n in row], dtype=np.int64)
+    columns = columns_of(model)
+    elements = columns.element
+    offset, flat = elements.without(())
+    own = [e for e in columns.element_cards.values() if hasattr(e, "mid") and int(getattr(e, "pid", None) or 0) <= 0]
+    material = np.zeros(len(elements.id), dtype=np.int64)
+    material[np.searchsorted(elements.id, [int(e.eid) for e in own])] = [int(e.Mid()) for e in own]
     pairs = [(int(pid), int(mid)) for pid, prop in sorted(model.properties.items()) for mid in _materials(prop)]
     sets: dict[int, list[tuple[str, str, IntArray]]] = {}
     for sid, entry in _sets(model):
@@ -117,13 +119,13 @@ def membership(model: Any, grids: Grids, *, positions: bool, axes: bool = False)
     return Membership(
         grid_id=grids.grid_id,
         structural=grids.structural,
-        element_id=np.array([int(e.eid) for e in elements], dtype=np.int64),
-        property_id=np.array(pids, dtype=np.int64),
-        node_offset=np.cumsum([0, *map(len, nodes)]),
+        element_id=elements.id,
+        property_id=np.maximum(elements.property_id, 0),  # pyNastran gives CONROD a negative one
+        node_offset=offset,
         node_index=rows_of(grids.grid_id, flat, where=where, what="an element"),
         property_materials=np.array(pairs, dtype=np.int64).reshape(-1, 2),
-        element_material=np.array(mids, dtype=np.int64),
-        card=np.array([str(e.type) for e in elements]),
+        element_material=material,
+        card=elements.card,
         sets=sets,
         position_m=units.length_m * place,
         frames=frames_in_si(frames, units),
@@ -152,4 +154,4 @@ def _sets(model: Any) -> Iterator[tuple[int, tuple[str, str, IntArray]]]:
                 if all(isinstance(i, int) for i in ids):
                     yield int(sid), (place, "grid", np.unique(np.array(ids, dtype=np.int64)))
                 elif ids == ["ALL"]:
-                    yield int(sid), (place, "grid", np.array(sorted(model.nodes), dtype=np.int64))
+                    yield int(sid), (place, "grid", columns_of(model).grid.id)

@@ -16,6 +16,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.deck_units import AREA, DENSITY, EXPANSION, LENGTH, MASS, STRESS, SYSTEMS, DeckUnits
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.loads.temperatures import expansion_coefficients
 from tedm_cli.nastran.masses.elements import Elements
 from tedm_cli.nastran.parameter_values import number_parameter
@@ -195,7 +196,8 @@ def _advice(model: _Model, said: DeckUnits, wtmass: float) -> str:
 
 def _advice_of_cards(model: Any, said: DeckUnits, where: str) -> str:
     """The same before anything is weighed: from the grids in the basic frame, and the densest material."""
-    place = np.array([grid.xyz for grid in model.nodes.values() if grid.cp == 0], dtype=float).reshape(-1, 3)
+    grid = columns_of(model).grid
+    place = grid.xyz[grid.cp == 0]
     wtmass = number_parameter(model, "WTMASS", 1.0, where)
     dense = max((float(getattr(m, "rho", 0.0) or 0.0) for m in model.materials.values()), default=0.0)
     if len(place) < 2 or not dense * wtmass > 0.0:

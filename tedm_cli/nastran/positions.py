@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.frames import local_basis
 
 Frames = dict[int, tuple[str, FloatArray, FloatArray]]
@@ -23,9 +24,9 @@ def frames_of(model: Any) -> Frames:
 
 def grid_positions(model: Any, grid_id: IntArray, frames: Frames) -> FloatArray:
     """Positions [N, 3] of grids in the basic frame, m, from the systems (CP) in which they are given."""
-    nodes = [model.nodes[i] for i in grid_id.tolist()]
-    given = np.array([n.xyz for n in nodes], dtype=float)
-    system = np.array([n.Cp() for n in nodes], dtype=np.int64)
+    grid = columns_of(model).grid
+    rows = np.searchsorted(grid.id, grid_id)
+    given, system = grid.xyz[rows], grid.cp[rows]
     out = np.empty_like(given)
     for cid in np.unique(system):
         rows = system == cid

@@ -13,7 +13,7 @@ from unittest import mock
 
 from tedm_cli.cli import main
 from tedm_cli.config.project import Project, load_project
-from tedm_cli.nastran.reading import read_deck
+from tedm_cli.nastran.reading import any_encoding
 from tedm_cli.stages.model.deck import DeckSummary, write_deck
 
 Card = tuple[str, ...]
@@ -146,8 +146,12 @@ def disguised(cards: Sequence[Card], folder: Path, seed: int) -> None:
 
 
 def temperatures(deck: Path) -> dict[str, dict[int, float]]:
-    """Temperatures that each subcase's TEMP cards give to grids, by label."""
-    model = read_deck(deck, cross_reference=False)
+    """Temperatures that each subcase's TEMP cards give to grids, by label, as pyNastran alone reads them."""
+    from pyNastran.bdf.bdf import BDF
+
+    model = BDF(debug=None)
+    with contextlib.redirect_stdout(io.StringIO()):
+        model.read_bdf(str(deck), xref=False, encoding=any_encoding(model))
     out = {}
     for number, subcase in model.case_control_deck.subcases.items():
         if number:

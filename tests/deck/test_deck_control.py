@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from decimal import Decimal
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -250,6 +251,7 @@ class _Sets:
 
     def __init__(self, loads: list[int]) -> None:
         self.loads = loads
+        self.tedm_columns = SimpleNamespace(temperature_sets={})
 
 
 def test_old_temperatures_of_elements_stay_and_new_sets_do_not_meet_them(tmp_path: Path) -> None:

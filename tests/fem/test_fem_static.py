@@ -25,6 +25,7 @@ from tedm_cli.errors import PhysicsError, UsageError
 from tedm_cli.fem.assembly import assemble
 from tedm_cli.fem.linear import factorise
 from tedm_cli.fem.structure import Rbe2, Rbe3, Structure
+from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.structure.references import CardReferences
 from tedm_cli.nastran.structure.solids import read_solids
 
@@ -274,7 +275,8 @@ def test_fem_inner_grids_agree_with_mystran(mini_ltp_dir):
     deck = BDF(debug=None)
     deck.read_bdf(str(mini_ltp_dir / "mini_ltp.bdf"), xref=False)
     grids = np.array(sorted(deck.nodes))
-    blocks = read_solids(deck, CardReferences(grids, mini_ltp_dir))
+    read = read_deck(mini_ltp_dir / "mini_ltp.bdf", cross_reference=False)
+    blocks = read_solids(read, CardReferences(grids, mini_ltp_dir))
     assert [(block.card, block.bubble) for block in blocks] == [("CHEXA", False), ("CPENTA", False)]
     solid = [e for e in deck.elements.values() if e.type in ("CHEXA", "CPENTA")]
     strut = [e for e in deck.elements.values() if e.type == "CBAR" and e.pid == 7]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.loads.adjoint_rows import AdjointRow
 from tedm_cli.nastran.loads.temperature_sets import free_set_ids
 from tedm_cli.nastran.loads.unit_deck import SourceModel, source_comments
@@ -93,6 +94,8 @@ def verify_adjoint_deck(written: Path, out: Path, source: SourceModel, deck: Adj
 def loads_of(model: Any, sid: int, grid_id: IntArray) -> FloatArray | None:
     """Forces and moments [N, 6] of a set of FORCE and MOMENT cards in the basic frame; None where it has others."""
     out = np.zeros((len(grid_id), 6))
+    if sid in columns_of(model).temperature_sets:
+        return None
     for card in model.loads.get(sid, []):
         if card.type not in _CARDS or card.cid != 0:
             return None

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.loads.element_temperatures import SHELLS
 from tedm_cli.nastran.masses.lines import line_frame
 from tedm_cli.nastran.positions import Frames, basis_at
@@ -29,14 +30,16 @@ def gradient_axes(model: Any, grid_id: IntArray, position: FloatArray, frames: F
         row = int(np.searchsorted(grid_id, grid))
         return np.asarray(vector @ basis_at(frames, int(model.nodes[grid].Cd()), position[row]))
 
-    out = np.full((len(model.elements), 2, 3), np.nan)
-    for row, eid in enumerate(sorted(model.elements)):
-        element = model.elements[eid]
-        if element.type in SHELLS:
-            corners = position[np.searchsorted(grid_id, element.node_ids[: 3 if "TRIA" in element.type else 4])]
+    columns = columns_of(model).element
+    out = np.full((len(columns.id), 2, 3), np.nan)
+    for row in np.flatnonzero(columns.is_of((*SHELLS, *BENDING_LINES))).tolist():
+        card, nodes = str(columns.cards[columns.kind[row]]), columns.node_id[columns.node_offset[row] :]
+        if card in SHELLS:
+            corners = position[np.searchsorted(grid_id, nodes[: 3 if "TRIA" in card else 4])]
             normal = np.cross(corners[2] - corners[0], corners[-1] - corners[1])
             out[row] = [normal / np.linalg.norm(normal), np.zeros(3)]
-        elif element.type in BENDING_LINES:
+        else:
+            element = model.elements[int(columns.id[row])]
             ends = position[np.searchsorted(grid_id, element.node_ids)]
             out[row] = line_frame(element, ends, to_basic, where)[1:]
     return out

@@ -18,6 +18,7 @@ from tedm_cli.arrays import IntArray
 from tedm_cli.deck_units import TEMPERATURE, TEMPERATURE_GRADIENT, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import ElementTemperatures
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.captured_output import fact_of
 from tedm_cli.quantities import TEMPERATURE as TEMPERATURE_BOUNDS
 from tedm_cli.quantities import TEMPERATURE_GRADIENT as GRADIENT_BOUNDS
@@ -130,7 +131,7 @@ def element_temperatures(model: Any, set_id: int) -> ElementTemperatures | None:
     cards = [card for card in model.tedm_element_temperatures if card.set_id == set_id]
     if not cards:
         return None
-    known = np.array(sorted(model.elements), dtype=np.int64)
+    known = columns_of(model).element.id
     ids, owner = [], []
     for number, card in enumerate(cards):
         _check_values(card, model.tedm_units)
@@ -178,13 +179,15 @@ def _check_elements(model: Any, card: TemperatureCard, wanted: tuple[int, int], 
         fact = f"{other} {low}, which has no temperature" if other else f"element {low}, which does not exist"
         fact = fact if low == high else f"elements {low} THRU {high}, none of which exists"
         raise InputError(f"{card.title} names {fact}", where=card.place)
-    kinds = ELEMENTS_OF[card.name]
-    for eid in found:
-        kind = model.elements[int(eid)].type
-        if kind not in kinds:
-            own = next((name for name, those in ELEMENTS_OF.items() if kind in those), "")
-            raise InputError(
-                f"{card.title} names {kind} {eid}, and is for {', '.join(kinds)}",
-                where=card.place,
-                hint=f"write {own}" if own else "load its grids with TEMP and TEMPD",
-            )
+    kinds, elements = ELEMENTS_OF[card.name], columns_of(model).element
+    rows = np.searchsorted(elements.id, found)
+    wrong = np.flatnonzero(~elements.is_of(kinds)[rows])
+    if wrong.size:
+        row = rows[wrong[0]]
+        kind = str(elements.cards[elements.kind[row]])
+        own = next((name for name, those in ELEMENTS_OF.items() if kind in those), "")
+        raise InputError(
+            f"{card.title} names {kind} {elements.id[row]}, and is for {', '.join(kinds)}",
+            where=card.place,
+            hint=f"write {own}" if own else "load its grids with TEMP and TEMPD",
+        )

@@ -10,6 +10,7 @@ from typing import Any
 
 from tedm_cli.arrays import IntArray
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.loads.element_temperatures import element_temperature_sets
 from tedm_cli.nastran.units import units_of
@@ -93,7 +94,8 @@ def free_set_ids(model: Any, count: int, where: str) -> list[int]:
 
     Static, thermal and deformation sets must not share ids (Quick Reference Guide, remark on TEMPERATURE).
     """
-    tables = (model.loads, model.load_combinations, model.tempds, model.dloads, model.dload_entries)
+    temperatures = columns_of(model).temperature_sets
+    tables = (temperatures, model.loads, model.load_combinations, model.tempds, model.dloads, model.dload_entries)
     used = sorted({int(sid) for table in tables for sid in table} | element_temperature_sets(model))
     for before, after in zip([used[-1] if used else 0, 0, *used], [MAX_ID + 1, *used, MAX_ID + 1], strict=False):
         if after - before > count:

@@ -14,7 +14,9 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import TemperatureColumns, columns_of
 
+_NONE = TemperatureColumns(np.zeros(0, dtype=np.int64), np.zeros(0))
 _LAMINATES = ("PCOMP", "PCOMPG")
 _EXPANSION = ("a", "a1", "a2", "a3", "A", "ax", "ath", "az")
 # A step this small against the temperatures is the rounding of eight digits, subtracted.
@@ -70,7 +72,7 @@ def temperature_dependent(model: Any) -> list[str]:
 def reference_temperatures(model: Any) -> dict[float, str]:
     """TREF of every material that expands and every laminate of a cross-referenced model, each with one that has it."""
     found: dict[float, str] = {}
-    for owner in [*model.properties.values(), *model.elements.values()]:
+    for owner in [*model.properties.values(), *columns_of(model).element_cards.values()]:  # plain ones have a property
         if owner.type in _LAMINATES:
             found.setdefault(float(owner.tref or 0.0), f"{owner.type} {owner.pid}")
             continue
@@ -114,29 +116,28 @@ def temperature_field(model: Any, sid: int, grid_id: IntArray, where: str) -> Fi
     InputError : a grid that does not exist, a grid twice with different temperatures, other cards than TEMP and TEMPD,
         an empty set.
     """
-    values: dict[int, float] = {}
-    for card in model.loads.get(sid, []):
-        if card.type != "TEMP":
-            continue  # forces may share the number; they are selected by LOAD
-        for grid, value in card.temperatures.items():
-            if values.setdefault(int(grid), float(value)) != float(value):
-                raise InputError(
-                    f"temperature set {sid} gives grid {grid} both {values[int(grid)]:g} and {float(value):g}",
-                    where=where,
-                )
+    given = columns_of(model).temperature_sets.get(sid, _NONE)
+    ids, first, number = np.unique(given.grid_id, return_index=True, return_inverse=True)
+    values = given.value[first]
+    twice = np.flatnonzero(given.value != values[number])
+    if twice.size:
+        at = twice[0]
+        raise InputError(
+            f"temperature set {sid} gives grid {given.grid_id[at]} both {values[number[at]]:g} and {given.value[at]:g}",
+            where=where,
+        )
     rest = float(model.tempds[sid].temperature) if sid in model.tempds else float("nan")
-    if not values and np.isnan(rest):
+    if not ids.size and np.isnan(rest):
         raise InputError(
             f"temperature set {sid} has neither TEMP nor TEMPD cards",
             where=where,
             hint="add a TEMPD card with the temperature of the rest",
         )
-    ids = np.array(sorted(values), dtype=np.int64)
     missing = ids[~np.isin(ids, grid_id)]
     if missing.size:
         shown = ", ".join(str(i) for i in missing[:8])
         raise InputError(f"TEMP names {missing.size} grids that do not exist: {shown}", where=where)
-    return Field(ids, np.array([values[int(i)] for i in ids]), rest)
+    return Field(ids.astype(np.int64), values, rest)
 
 
 def step(load: Field, initial: Field, grid_id: IntArray) -> FloatArray:

@@ -14,6 +14,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.bulk_lines import kept_bulk
 from tedm_cli.nastran.cards import no_end, refuse_card_after_end
 from tedm_cli.nastran.case_control import Control, unit_control
@@ -125,7 +126,7 @@ def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: 
 
 
 def _check_model(model: Any, control: Control, where: str) -> None:
-    inside = [i for i, grid in model.nodes.items() if grid.seid]
+    inside = [i for i, grid in columns_of(model).grid_cards.items() if grid.seid]  # plain ones have none
     if inside or (model.grdset is not None and model.grdset.seid):
         some = id_list(sorted(inside)) or "GRDSET"
         raise InputError(f"grids in superelements (SEID): {some}", where=where, hint="solve the model in one piece")
@@ -219,9 +220,11 @@ def _load_cards(model: Any, sid: int, load: AreaLoad, rest: Decimal, gradient: D
     """The temperature set of one load: grids, then elements with a temperature of their own, then those at rest."""
     step = units_of(model).degrees_per_kelvin
 
+    elements = columns_of(model).element
+    is_shell = elements.is_of(SHELLS)
+
     def cards(ids: IntArray, mean: Decimal, slope: FloatArray | None = None) -> list[str]:
-        shell = np.array([model.elements[i].type in SHELLS for i in ids.tolist()], dtype=np.bool_)
-        return element_cards(sid, ids, shell, mean, slope, gradient)
+        return element_cards(sid, ids, is_shell[np.searchsorted(elements.id, ids)], mean, slope, gradient)
 
     mean = rest if load.gradient is not None else rest + step
     lines = temperature_cards(sid, rest, load.grid_id, step)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.loads.area_loads import AreaLoad
 from tedm_cli.nastran.loads.element_temperatures import element_temperatures
@@ -19,7 +20,7 @@ from tedm_cli.nastran.units import units_of
 
 _OWN = ("TEMP", "TEMPD", "TEMPP1", "TEMPRB", "PARAM", "ENDDATA")
 _LOADS = {"LOAD", "DEFORM", "TEMPERATURE", "TEMPERATURE(BOTH)", "TEMPERATURE(LOAD)"}
-_TABLES = ("nodes", "elements", "rigid_elements", "masses", "properties", "materials", "coords", "spcs", "mpcs")
+_TABLES = ("rigid_elements", "masses", "properties", "materials", "coords", "spcs", "mpcs")
 
 
 def verify_unit_deck(written: Path, out: Path, source: SourceModel, deck: UnitDeck) -> None:
@@ -61,6 +62,13 @@ def require_as_meant(
 
 
 def _structure_problem(wanted: Any, found: Any, own: Sequence[str]) -> str:
+    ours, theirs = columns_of(wanted), columns_of(found)
+    for table, ids, others in (
+        ("nodes", ours.grid.id, theirs.grid.id),
+        ("elements", ours.element.id, theirs.element.id),
+    ):
+        if not np.array_equal(ids, others):
+            return f"{table} {id_list(np.setxor1d(ids, others))}"
     for table in _TABLES:
         differ = set(getattr(wanted, table)) ^ set(getattr(found, table))
         if differ:
@@ -73,8 +81,8 @@ def _structure_problem(wanted: Any, found: Any, own: Sequence[str]) -> str:
     differ = {name for name in counts[0] | counts[1] if counts[0][name] != counts[1][name]}
     if differ:
         return ", ".join(f"{counts[0][n]} {n} in the model, {counts[1][n]} in the deck" for n in sorted(differ))
-    moved = [i for i, grid in wanted.nodes.items() if not np.array_equal(grid.xyz, found.nodes[i].xyz)]
-    if moved:
+    moved = ours.grid.id[(ours.grid.xyz != theirs.grid.xyz).any(axis=1)]
+    if moved.size:
         return f"coordinates of grids {id_list(moved)}"
     post = found.params.get("POST")
     return "" if post is not None and post.values[0] == -1 else "PARAM,POST is not -1"
@@ -86,10 +94,11 @@ def _load_problem(model: Any, source: SourceModel, deck: UnitDeck) -> str:
         return problem
     for number, (label, sid, load) in enumerate(deck.cases, start=1):
         rest = float(model.tempds[sid].temperature)
-        temperature = {int(n): t for card in model.loads.get(sid, []) for n, t in card.temperatures.items()}
-        if rest != deck.reference or not np.array_equal(np.sort(list(temperature)), load.grid_id):
+        warm = columns_of(model).temperature_sets.get(sid)
+        ids, values = (load.grid_id[:0], np.zeros(0)) if warm is None else (warm.grid_id, warm.value)
+        if rest != deck.reference or not np.array_equal(np.sort(ids), load.grid_id):
             return f"temperatures of subcase {number} ({label})"
-        if not np.allclose(list(temperature.values()), rest + deck.step, rtol=1e-14, atol=0.0):
+        if not np.allclose(values, rest + deck.step, rtol=1e-14, atol=0.0):
             return f"step of subcase {number} ({label})"
         if not _elements_agree(model, sid, load, deck):
             return f"temperatures of elements in subcase {number} ({label})"

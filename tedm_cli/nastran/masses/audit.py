@@ -53,7 +53,11 @@ def check_sample(model: Any, geometry: ModelGeometry) -> SampleCheck:
     """
     e = geometry.elements
     factor = geometry.units.mass_kg * number_parameter(model, "WTMASS", 1.0, str(geometry.files[0]))
-    _, kind = np.unique([f"{c}:{p}" for c, p in zip(e.type, e.property_id, strict=True)], return_inverse=True)
+    cards, card_of = np.unique(e.type, return_inverse=True)
+    most = int(e.property_id.max(initial=0)) + 1
+    kinds, kind = np.unique(most * card_of + e.property_id, return_inverse=True)
+    names = [f"{cards[key // most]}:{key % most}" for key in kinds.tolist()]
+    kind = np.argsort(np.argsort(names))[kind]  # in the order of their names
     order = np.argsort(kind, kind="stable")
     compared, largest, worst = 0, 0.0, ""
     for rows in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):

@@ -7,7 +7,7 @@ does (Quick Reference Guide).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,12 +28,15 @@ _LUMPED = ("NSML", "NSML1")
 
 @dataclass(frozen=True)
 class Measured:
-    """Elements in the order of the model: ids, cards, property ids and types, and their measures (m³, m² or m; 0)."""
+    """Elements in the order of the model: ids, cards, property ids and types, and their measures (m³, m² or m; 0).
+
+    property_type : gives the cards of the properties [E], which are wanted seldom.
+    """
 
     id: IntArray
     card: list[str]
     property_id: IntArray
-    property_type: list[str]
+    property_type: Callable[[], Sequence[str]]
     measure: FloatArray
 
 
@@ -75,7 +78,7 @@ def nonstructural(model: Any, elements: Measured, where: str) -> FloatArray:
         raise InputError(f"case control selects NSM = {number}, and there is no such set", where=where)
     shapes = [shape_of(c, corner_count(c) or 0) for c in elements.card]
     dimension = np.array([0 if s is None else s.dimension for s in shapes])
-    kind = np.array([_ALIAS.get(p, p) for p in elements.property_type])
+    kind = np.array([_ALIAS.get(p, p) for p in elements.property_type()])
     for card in _cards(model, number):
         named = _named(card, elements, kind, where)
         if card.nsm_type != "ELEMENT" or "ALL" in card.ids:

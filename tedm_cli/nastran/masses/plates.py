@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import Shape
 from tedm_cli.nastran.masses.spread import Spread, density_of
@@ -30,7 +30,19 @@ class _Plate:
     density: float | None = None
 
 
-def plate_spread(elements: Sequence[Any], shape: Shape, position: FloatArray, where: str) -> Spread:
+@dataclass(frozen=True)
+class Plates:
+    """Plates of one shape: properties [E], the cards of these by id, ZOFFS [E], and by their rows those with an
+    object of their own, which may have corner thicknesses. `name` gives card and id of a row."""
+
+    property_id: IntArray
+    properties: Mapping[int, Any]
+    offset: FloatArray
+    own: Mapping[int, Any]
+    name: Callable[[int], str]
+
+
+def plate_spread(elements: Plates, shape: Shape, position: FloatArray, where: str) -> Spread:
     """Mass of plates of one shape whose nodes are at `position` [E, n, 3].
 
     Corner thicknesses (T1 to T4; TFLAG 1: relative to the property's) vary linearly, and half way on midside nodes.
@@ -40,16 +52,19 @@ def plate_spread(elements: Sequence[Any], shape: Shape, position: FloatArray, wh
     ------
     InputError : a property of a kind that is not read, a plate without thickness.
     """
-    known: dict[int, _Plate] = {}
-    for element in elements:
-        if element.pid not in known:
-            known[element.pid] = _plate(element.pid_ref, where)
-    plates = [known[e.pid] for e in elements]
-    thickness = np.repeat(np.array([[p.thickness] for p in plates]), shape.nodes, axis=1)
-    structural = np.repeat(np.array([[p.per_area] for p in plates]), shape.nodes, axis=1)
-    shift = np.array([p.shift for p in plates])
-    for i, (element, plate) in enumerate(zip(elements, plates, strict=True)):
-        shift[i] += float(getattr(element, "zoffset", 0.0) or 0.0)
+    ids, first, number = np.unique(elements.property_id, return_index=True, return_inverse=True)
+    known = {k: _plate(elements.properties[int(ids[k])], where) for k in np.argsort(first).tolist()}
+    plates = [known[k] for k in range(len(ids))]
+    count = len(number)
+
+    def of_each(values: list[float]) -> FloatArray:
+        return np.array(values)[number]
+
+    thickness = np.repeat(of_each([p.thickness for p in plates])[:, None], shape.nodes, axis=1)
+    structural = np.repeat(of_each([p.per_area for p in plates])[:, None], shape.nodes, axis=1)
+    shift = of_each([p.shift for p in plates]) + elements.offset
+    for i, element in elements.own.items():
+        plate = plates[number[i]]
         if plate.density is not None:
             corners = [getattr(element, f"T{c + 1}", None) for c in range(shape.corners)]
             if any(t is not None for t in corners):
@@ -58,15 +73,16 @@ def plate_spread(elements: Sequence[Any], shape: Shape, position: FloatArray, wh
                 if thickness[i].min() < 0.0:
                     fact = f"a thickness of {thickness[i].min():.4g} is negative"
                     raise InputError(f"{element.type} {element.eid}: {fact}", where=where)
-            if plate.density and not thickness[i].all():
-                raise InputError(f"{element.type} {element.eid}: has no thickness in places", where=where)
-    lever = np.zeros((len(elements), shape.nodes, 3))
+    hollow = np.flatnonzero((of_each([p.density or 0.0 for p in plates]) != 0.0) & ~thickness.all(axis=1))
+    if hollow.size:
+        raise InputError(f"{elements.name(int(hollow[0]))}: has no thickness in places", where=where)
+    lever = np.zeros((count, shape.nodes, 3))
     off = np.flatnonzero(shift)
     if off.size:
         lever[off] = (shift[off, None] * _normals(position[off], shape.corners))[:, None]
     return Spread(
         structural=structural,
-        nonstructural=np.repeat(np.array([[p.nonstructural] for p in plates]), shape.nodes, axis=1),
+        nonstructural=np.repeat(of_each([p.nonstructural for p in plates])[:, None], shape.nodes, axis=1),
         axis=np.zeros_like(lever),
         structural_lever=lever,
         nonstructural_lever=lever,

@@ -30,6 +30,23 @@ class Spread:
     nonstructural_lever: FloatArray
     section: FloatArray
 
+    @property
+    def is_uneven(self) -> bool:
+        """Whether any of the mass is off its node, or more at one node than at another."""
+        uneven = any((mass != mass[:, :1]).any() for mass in (self.structural, self.nonstructural))
+        return bool(uneven or self.structural_lever.any() or self.nonstructural_lever.any())
+
+    def part(self, rows: slice) -> Spread:
+        """The spread of some of the elements."""
+        return Spread(
+            self.structural[rows],
+            self.nonstructural[rows],
+            self.axis[rows],
+            self.structural_lever[rows],
+            self.nonstructural_lever[rows],
+            self.section[rows],
+        )
+
 
 def density_of(material: Any, what: str, where: str) -> float:
     """Density of a material card; 0 where it gives none. `InputError` for materials that are no solids."""

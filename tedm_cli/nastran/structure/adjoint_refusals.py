@@ -7,6 +7,7 @@ from typing import Any
 
 from tedm_cli.documentation import Page
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.loads.temperatures import temperature_dependent
 
@@ -35,12 +36,17 @@ def refuse_without_coupling(model: Any, path: Path) -> None:
     InputError : all of them by card and id. Features of the cards that are left are refused by `solver_structure`.
     """
     found: dict[str, list[int]] = {}
-    for number, element in sorted(model.elements.items()):
+    columns = columns_of(model)
+    for group, element in enumerate(columns.examples()):
         known = _PROPERTIES.get(element.type)
+        name = ""
         if known is None:
-            found.setdefault(element.type, []).append(number)
+            name = element.type
         elif known and (own := model.properties.get(element.pid)) is not None and own.type not in known:
-            found.setdefault(f"{element.type} of {own.type}", []).append(number)
+            name = f"{element.type} of {own.type}"
+        if name:
+            found.setdefault(name, []).extend(columns.element.id[columns.alike.number == group].tolist())
+    found = {name: sorted(ids) for name, ids in found.items()}
     for number, element in sorted(model.rigid_elements.items()):
         if element.type not in _RIGID:
             found.setdefault(element.type, []).append(number)

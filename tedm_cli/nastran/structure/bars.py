@@ -9,6 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import BarBlock
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.structure.references import CardReferences, material_of
 from tedm_cli.nastran.structure.sections import SECTIONS
 
@@ -25,8 +26,9 @@ def read_bars(model: Any, references: CardReferences, position: FloatArray, fram
     position : [N, 3], m.
     frame : [N, 3, 3], the grids' displacement frames, in which orientation vectors and offsets are given, or None.
     """
-    ids = sorted(eid for eid, element in model.elements.items() if element.type in _KINDS)
-    bars = [model.elements[eid] for eid in ids]
+    own = columns_of(model).element_cards  # no bar is without an object
+    ids = sorted(eid for eid, element in own.items() if element.type in _KINDS)
+    bars = [own[eid] for eid in ids]
     table = np.ones((11, len(ids)))
     pids = np.array([bar.pid for bar in bars], dtype=np.int64)
     kinds = np.array([bar.type for bar in bars], dtype=str)

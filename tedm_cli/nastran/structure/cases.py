@@ -12,6 +12,7 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import ElementTemperatures, LoadCase
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.control_words import LOADS, NOT_LINEAR, check_selections, read_statements
 from tedm_cli.nastran.deck_lines import read_head
 from tedm_cli.nastran.loads.element_temperatures import element_temperatures
@@ -171,13 +172,12 @@ def _temperatures(
 ) -> FloatArray:
     """Temperature [N] of every grid in the set `sid` (TEMP cards over the TEMPD default); `own` are of elements."""
     default = model.tempds.get(sid)
-    cards = [card for card in model.loads.get(sid, []) if card.type == "TEMP"]
+    given = columns_of(model).temperature_sets.get(sid)
     where = f"{path}: TEMP set {sid}"
-    if default is None and not cards and own is None:
+    if default is None and given is None and own is None:
         raise InputError("selected by case control, but neither TEMP nor TEMPD cards exist", where=where)
-    pairs = [pair for card in cards for pair in card.temperatures.items()]
-    ids = np.array([grid for grid, _ in pairs], dtype=np.int64)
-    values = np.array([value for _, value in pairs], dtype=np.float64)
+    ids = np.zeros(0, dtype=np.int64) if given is None else given.grid_id
+    values = np.zeros(0) if given is None else given.value
     row = np.searchsorted(grid_id, ids).clip(max=len(grid_id) - 1)
     unknown = ids[grid_id[row] != ids]
     if unknown.size:

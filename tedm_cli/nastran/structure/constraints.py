@@ -9,6 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import Mpc
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.structure.references import CardReferences
 
 
@@ -23,8 +24,12 @@ def read_constraints(
     InputError : two different displacements of one degree of freedom.
     """
     held: dict[tuple[int, int], float] = {}
-    for grid in model.nodes.values():
-        held.update(((grid.nid, int(digit)), 0.0) for digit in str(grid.ps or ""))
+    columns = columns_of(model)
+    plain = columns.plain_grids
+    on_cards = [(grid.nid, str(grid.ps or "")) for grid in columns.grid_cards.values()]
+    rows = np.flatnonzero(plain.held)
+    for number, digits in [*zip(plain.id[rows].tolist(), map(str, plain.held[rows].tolist()), strict=True), *on_cards]:
+        held.update(((number, int(digit)), 0.0) for digit in digits)
     for card in [] if constraint is None else _spc_cards(model, constraint):
         nodes, moved = card.nodes, [0.0] * len(card.nodes)
         if card.type == "SPC1":

@@ -9,6 +9,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.captured_output import fact_of
 from tedm_cli.nastran.frames import local_basis
 
@@ -36,9 +37,10 @@ def read_grids(model: Any, path: Path) -> tuple[IntArray, FloatArray, FloatArray
         except Exception as error:  # of many kinds: loops, frames on one line
             fact = fact_of(error, "")
             raise InputError(f"the coordinate systems cannot be resolved: {fact}", where=str(path)) from error
-    grid_id = np.array(sorted(model.nodes), dtype=np.int64)
-    position = np.array([_position(model.nodes[grid]) for grid in grid_id], dtype=np.float64).reshape(-1, 3)
-    used = np.array([model.nodes[grid].cd for grid in grid_id], dtype=np.int64)
+    grid = columns_of(model).grid
+    grid_id, position, used = grid.id, grid.xyz.copy(), grid.cd
+    for row in np.flatnonzero(grid.cp).tolist():
+        position[row] = model.nodes[int(grid_id[row])].get_position()
     if not used.any():
         return grid_id, position, None
     frame = np.tile(np.eye(3), (len(grid_id), 1, 1))
@@ -50,14 +52,13 @@ def read_grids(model: Any, path: Path) -> tuple[IntArray, FloatArray, FloatArray
     return grid_id, position, frame
 
 
-def _position(grid: Any) -> Any:
-    return grid.xyz if grid.cp == 0 else grid.get_position()
-
-
 def _require_frames(model: Any, path: Path) -> None:
     missing = []
-    for grid in model.nodes.values():
-        missing += [f"GRID {grid.nid}: frame {cid}" for cid in (grid.cp, grid.cd) if cid not in model.coords]
+    columns = columns_of(model)
+    grid, known = columns.grid, list(model.coords)
+    for row in np.flatnonzero(~np.isin(grid.cp, known) | ~np.isin(grid.cd, known)).tolist():
+        named = (int(grid.cp[row]), int(grid.cd[row]))
+        missing += [f"GRID {grid.id[row]}: frame {cid}" for cid in named if cid not in model.coords]
     for cid, system in model.coords.items():
         if system.type.startswith("CORD1"):
             missing += [

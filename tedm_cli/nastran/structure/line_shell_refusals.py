@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.structure.bars import section
 from tedm_cli.nastran.structure.rigid import leading_end
 from tedm_cli.nastran.structure.sections import SECTIONS
@@ -19,7 +20,7 @@ _GRID_FRAMES = "GGG"
 def line_refusals(model: Any, used: set[int]) -> Counter[str]:
     """Features of bars, beams and rods; `used` are the properties that elements refer to."""
     found: Counter[str] = Counter()
-    for element in model.elements.values():
+    for element in columns_of(model).element_cards.values():
         if element.type in ("CBAR", "CBEAM"):
             offset = np.any(element.wa) or np.any(element.wb)
             # The first letter is about the orientation vector, which G0 replaces.
@@ -49,14 +50,14 @@ def line_refusals(model: Any, used: set[int]) -> Counter[str]:
 def shell_refusals(model: Any, used: set[int]) -> Counter[str]:
     """Features of shells; `used` are the properties that elements refer to."""
     found: Counter[str] = Counter()
-    for element in model.elements.values():
+    columns = columns_of(model)
+    for element, count in zip(columns.examples(), columns.alike.count.tolist(), strict=True):
         if element.type not in ("CQUAD4", "CTRIA3"):
             continue
         prop = model.properties.get(element.pid)
-        if prop is not None and prop.type == "PSHELL":
-            found[f"{element.type} with unequal corner thicknesses Ti"] += (
-                prop.t is None or np.ptp(corner_thickness(element, prop)) > 0.0
-            )
+        is_shell = prop is not None and prop.type == "PSHELL"
+        if is_shell and (prop.t is None or np.ptp(corner_thickness(element, prop)) > 0.0):
+            found[f"{element.type} with unequal corner thicknesses Ti"] += count
     for pid in used & model.properties.keys():
         prop = model.properties[pid]
         if prop.type == "PSHELL":

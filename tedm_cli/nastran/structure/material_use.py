@@ -8,6 +8,7 @@ import numpy as np
 
 from tedm_cli import deck_units as u
 from tedm_cli.adjoint.materials import NONE, MaterialUse
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.units import units_of
 
 _SHELLS = ("CQUAD4", "CTRIA3")
@@ -15,8 +16,9 @@ _SHELLS = ("CQUAD4", "CTRIA3")
 
 def material_use(model: Any) -> MaterialUse:
     """Of all elements of a pyNastran model that `solver_structure` reads, cross-referenced or not; SI."""
-    ids = sorted(model.elements)
-    of_element = [_materials(model, model.elements[i]) for i in ids]
+    columns = columns_of(model)
+    number = columns.alike.number
+    of_element = [_materials(model, element) for element in columns.examples()]  # and those that are alike
     material_id = sorted({mid for laws, _, _ in of_element for mid in laws if mid})
     thick = sorted({pid for _, _, pid in of_element if pid})
     row = {0: NONE, **{mid: k for k, mid in enumerate(material_id)}}
@@ -27,17 +29,17 @@ def material_use(model: Any) -> MaterialUse:
         material_id=np.array(material_id, dtype=np.int64),
         expansion=np.array([factor * card.a if card.type == "MAT1" else np.nan for card in cards], dtype=np.float64),
         shell_property_id=np.array(thick, dtype=np.int64),
-        element_id=np.array(ids, dtype=np.int64),
-        law=np.array([[row[mid] for mid in laws] for laws, _, _ in of_element], dtype=np.int64).reshape(-1, 3),
-        mass=np.array([row[mid] for _, mid, _ in of_element], dtype=np.int64),
-        thickness=np.array([thickness_row[pid] for _, _, pid in of_element], dtype=np.int64),
+        element_id=columns.element.id,
+        law=np.array([[row[mid] for mid in laws] for laws, _, _ in of_element], dtype=np.int64).reshape(-1, 3)[number],
+        mass=np.array([row[mid] for _, mid, _ in of_element], dtype=np.int64)[number],
+        thickness=np.array([thickness_row[pid] for _, _, pid in of_element], dtype=np.int64)[number],
     )
 
 
 def material_cards(model: Any) -> dict[int, tuple[str, str]]:
     """Card of every material of `material_use`, and the properties of elements that name it: "PSOLID 1, CONROD"."""
     users: dict[int, dict[str, None]] = {}
-    for _, element in sorted(model.elements.items()):
+    for element in columns_of(model).examples():
         laws, _, _ = _materials(model, element)
         prop = None if element.type == "CONROD" else model.properties[element.pid]
         name = "CONROD" if prop is None else f"{prop.type} {prop.pid}"

@@ -25,7 +25,7 @@ class CardReferences:
         """The deck's path, for messages."""
         return str(self._path)
 
-    def rows(self, ids: Any, who: str, owners: Sequence[int] = ()) -> IntArray:
+    def rows(self, ids: Any, who: str, owners: Sequence[int] | IntArray = ()) -> IntArray:
         """Rows of grid ids; `owners` are the elements, one for each row of `ids` [E, n]."""
         wanted = np.asarray(ids, dtype=np.int64)
         row = np.searchsorted(self._grid_id, wanted).clip(max=len(self._grid_id) - 1)

@@ -6,7 +6,10 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.card_names import ELEMENT_TEMPERATURES, WITHOUT_INFLUENCE
 from tedm_cli.nastran.parameter_values import parameter
 from tedm_cli.nastran.structure.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
@@ -57,9 +60,8 @@ def refuse_unsupported(model: Any, path: Path) -> None:
     for name, count in model.card_count.items():
         if name not in _MODELLED and name not in _WITHOUT_INFLUENCE:
             found[name] += count
-    used = set()
-    for element in model.elements.values():
-        used.add(element.pid if element.type != "CONROD" else 0)
+    elements = columns_of(model).element
+    used = set(np.unique(np.where(elements.is_of(["CONROD"]), 0, elements.property_id)).tolist())
     count_refused_solids(model, found)
     found.update(line_refusals(model, used))
     found.update(shell_refusals(model, used))

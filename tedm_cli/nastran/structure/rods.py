@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.fem.structure import RodBlock
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.structure.references import CardReferences, material_of
 
 _KINDS = {"CROD": "PROD", "CTUBE": "PTUBE", "CONROD": ""}
 
 
 def read_rods(model: Any, references: CardReferences) -> RodBlock:
-    ids = sorted(eid for eid, element in model.elements.items() if element.type in _KINDS)
-    rods = [model.elements[eid] for eid in ids]
+    own = columns_of(model).element_cards  # no rod is without an object
+    ids = sorted(eid for eid, element in own.items() if element.type in _KINDS)
+    rods = [own[eid] for eid in ids]
     table = np.ones((6, len(ids)))
     for k, rod in enumerate(rods):
         if rod.type == "CONROD":

@@ -12,6 +12,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.fem.elasticity import isotropic_stiffness, orthotropic_stiffness, rotated
 from tedm_cli.fem.shapes import corner_count
 from tedm_cli.fem.structure import SolidBlock, SolidMaterials
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.plausible import anisotropic_stiffness
 from tedm_cli.nastran.structure.references import CardReferences
 
@@ -32,41 +33,49 @@ def read_solids(model: Any, references: CardReferences) -> tuple[SolidBlock, ...
     InputError
         For a material that is not positive definite.
     """
-    pids = sorted({element.pid for element in model.elements.values() if element.type in SOLID_CARDS})
+    columns = columns_of(model)
+    e = columns.element
+    solid = e.is_of(SOLID_CARDS)
+    pids = np.unique(e.property_id[solid]).tolist()
     table = [_material(model, references, pid) for pid in pids]
     materials = SolidMaterials(
         stiffness=np.array([stiffness for stiffness, _, _ in table]).reshape(-1, 6, 6),
         expansion=np.array([expansion for _, expansion, _ in table]).reshape(-1, 6),
         reference_temperature=np.array([tref for _, _, tref in table], dtype=np.float64),
     )
-    groups: dict[tuple[str, int, bool], list[Any]] = {}
-    for _, element in sorted(model.elements.items()):
+    groups: dict[tuple[str, int, bool], list[int]] = {}
+    for number, element in enumerate(columns.examples()):
         if element.type in SOLID_CARDS:
             prop = model.properties.get(element.pid)
             bubble = prop is not None and prop.type == "PSOLID" and _has_bubble(element, prop)
-            groups.setdefault((element.type, len(element.nodes), bubble), []).append(element)
-    return tuple(
-        SolidBlock(
+            groups.setdefault((element.type, len(element.nodes), bubble), []).append(number)
+
+    def block(card: str, nodes: int, bubble: bool, numbers: list[int]) -> SolidBlock:
+        rows = np.flatnonzero(np.isin(columns.alike.number, numbers))
+        node = e.node_id[e.node_offset[rows][:, None] + np.arange(nodes)]
+        return SolidBlock(
             card=card,
-            element_id=np.array([element.eid for element in elements], dtype=np.int64),
-            connectivity=references.rows([e.nodes for e in elements], card, [e.eid for e in elements]),
-            material=np.searchsorted(pids, [element.pid for element in elements]),
+            element_id=e.id[rows],
+            connectivity=references.rows(node, card, e.id[rows]),
+            material=np.searchsorted(pids, e.property_id[rows]),
             materials=materials,
             bubble=bubble,
         )
-        for (card, _, bubble), elements in sorted(groups.items(), key=lambda group: group[0])
-    )
+
+    return tuple(block(*kind, numbers) for kind, numbers in sorted(groups.items(), key=lambda group: group[0]))
 
 
 def count_refused_solids(model: Any, found: Counter[str]) -> None:
     """Add to `found` what solids ask for that is not modelled."""
-    for element in model.elements.values():
+    columns = columns_of(model)
+    for element, count in zip(columns.examples(), columns.alike.count.tolist(), strict=True):
         if element.type in SOLID_CARDS:
             if None in element.nodes:
-                found[f"{element.type} with some midside nodes missing"] += 1
+                found[f"{element.type} with some midside nodes missing"] += count
             prop = model.properties.get(element.pid)
             if prop is not None and prop.type == "PSOLID":
-                found.update(_refused(model, element, prop))
+                for feature in _refused(model, element, prop):
+                    found[feature] += count
 
 
 def _has_bubble(element: Any, prop: Any) -> bool:

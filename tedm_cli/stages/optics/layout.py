@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model.file import ModelTable, load_model
 from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError, PhysicsError, TedmError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.positions import frames_of, grid_positions
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.optics.benches import benches
@@ -76,7 +75,7 @@ def _grids(deck: Path, table: ModelTable) -> tuple[IntArray, FloatArray]:
     """Ids [N], ascending, and positions [N, 3] m, basic frame, of the grids of a deck; nothing else of it is judged."""
     units = table.deck_units()
     model = read_deck(deck, allow_missing_enddata=table.allow_missing_enddata, units=units)
-    grid_id = np.array(sorted(model.nodes), dtype=np.int64)
+    grid_id = columns_of(model).grid.id
     if not grid_id.size:
         raise InputError("holds no grids", where=str(deck))
     return grid_id, units.length_m * grid_positions(model, grid_id, frames_of(model))
