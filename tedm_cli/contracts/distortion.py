@@ -15,6 +15,7 @@ from tedm_cli.contracts.spec import (
     GridIds,
     Values,
 )
+from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
 _OPTICS = "optics"  # absent where the project has none
 
@@ -29,6 +30,7 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         PER_AREA,
         "distortion matrix [D]: translation per /area/unit of an area",
         BASIC,
+        view_of=(UNIT_LOADS.name, UNIT_LOADS.TRANSLATION),  # where every load is of 1 K: the same numbers
     )
     D_OFFSET_NODE = Dataset(
         "/D/offset_node",
