@@ -189,6 +189,7 @@ def test_what_was_read_stays_when_the_next_is_read(op2: Path) -> None:
     with open_op2(op2) as (tables, read_table):
         found = [read_table(table) for table in tables]
     for got, motion in zip(found, MOTION, strict=True):
+        assert got.motion.dtype == np.float64  # in which the stages compute
         np.testing.assert_array_equal(got.grid_id, np.arange(1, 8))
         np.testing.assert_array_equal(got.motion[:6], motion)
 
