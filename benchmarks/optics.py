@@ -68,6 +68,6 @@ def extended_differences(layout: OpticalLayout) -> FloatArray:
 
 
 def _shipped() -> OpticalLayout:
-    from tedm_cli.config.optics import load_layout
+    from tedm_cli.config.optics.layout import load_layout
 
     return load_layout(ROOT / "configs" / "optics.toml")[1]

@@ -13,7 +13,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.base import read_toml
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.deck_units import SI

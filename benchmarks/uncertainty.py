@@ -19,8 +19,8 @@ import scipy
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.cases import load_cases
-from tedm_cli.config.model import ModelConfig, load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.file import ModelConfig, load_model
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.fem.static import StaticSolution

@@ -1,13 +1,14 @@
-"""The same work on several things side by side, for code that spends its time outside the interpreter."""
+"""The same work on several things side by side, for code that spends its time outside the interpreter; or on one."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -43,3 +44,29 @@ def side_by_side(
     finally:
         # Whoever interrupts does not wait for a compiler or a solver in another thread.
         pool.shutdown(wait=not isinstance(sys.exc_info()[1], KeyboardInterrupt), cancel_futures=True)
+
+
+class _Limit:
+    """How many threads of this process are in `one_thread`, and what puts the libraries back."""
+
+    lock = threading.Lock()
+    inside = 0
+    limits: Any = None
+
+
+@contextlib.contextmanager
+def one_thread() -> Iterator[None]:
+    """Products of matrices are made by one thread each, in the whole process: by how many changes their last bits."""
+    from threadpoolctl import threadpool_limits
+
+    with _Limit.lock:
+        if _Limit.inside == 0:
+            _Limit.limits = threadpool_limits(limits=1)
+        _Limit.inside += 1
+    try:
+        yield
+    finally:
+        with _Limit.lock:
+            _Limit.inside -= 1
+            if _Limit.inside == 0:
+                _Limit.limits.restore_original_limits()

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.config.body import TestMassTable
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.body import TestMassTable
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import load_project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.files.store import open_checked

@@ -10,7 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.field import self_gravity

@@ -8,7 +8,7 @@ What the photodiode reads is the path of the measurement beam minus that of the 
 
 import numpy as np
 
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.trace import nominal_poses, trace
 from tedm_cli.samples.shipped import root

@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.areas import AreasTable
+from tedm_cli.config.model.areas import AreasTable
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.symmetry_plane import SymmetryPlane

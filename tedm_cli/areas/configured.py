@@ -11,7 +11,7 @@ import numpy as np
 from tedm_cli.areas.csv_file import read_area_csv
 from tedm_cli.areas.definitions import DefinedAreas, define_areas
 from tedm_cli.arrays import IntArray
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import Grids, id_list

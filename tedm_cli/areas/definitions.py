@@ -10,7 +10,7 @@ import numpy as np
 from tedm_cli.areas.gradients import gradient_load, refuse_parallel
 from tedm_cli.areas.selection import Met, Selector
 from tedm_cli.arrays import BoolArray, IntArray
-from tedm_cli.config.areas import AreasTable, DefinitionTable
+from tedm_cli.config.model.areas import AreasTable, DefinitionTable
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.nastran.geometry import id_list, rows_of
 from tedm_cli.nastran.loads.area_loads import AreaLoad

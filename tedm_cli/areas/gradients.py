@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, IntArray
-from tedm_cli.config.areas import DefinitionTable
+from tedm_cli.config.model.areas import DefinitionTable
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.loads.area_loads import SOLIDS, AreaLoad, none, parallel
 from tedm_cli.nastran.loads.element_axes import BENDING_LINES

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.areas import BoxTable, DefinitionTable, Ids, SelectionTable, id_ranges
+from tedm_cli.config.model.areas import BoxTable, DefinitionTable, Ids, SelectionTable, id_ranges
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.membership import Membership
 

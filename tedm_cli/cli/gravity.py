@@ -9,6 +9,7 @@ import typer
 
 from tedm_cli.cli import completion
 from tedm_cli.cli.app import answer, app, open_project
+from tedm_cli.cli.merge import in_parts
 from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -22,6 +23,7 @@ from tedm_cli.cli.options import (
     Verbose,
     rows,
 )
+from tedm_cli.errors import UsageError
 
 
 @app.command("build-sensitivity")
@@ -29,6 +31,31 @@ def build_sensitivity(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
+    no_store: Annotated[
+        bool,
+        typer.Option(
+            "--no-store",
+            help="Read each result file of model.op2 once, and keep no displacements of grids: in place of `tedm"
+            " ingest` and `tedm build-distortion`.",
+        ),
+    ] = False,
+    partial: Annotated[
+        Path | None,
+        typer.Option(
+            "--partial",
+            metavar="FILE",
+            help="Reduce this result file of model.op2 alone, to a part that `tedm merge` puts together with others.",
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            metavar="ADDRESS",
+            help="Reduce all result files of model.op2 by the workers of this dask scheduler (tcp://HOST:8786), and put"
+            " the parts together.",
+        ),
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -37,12 +64,21 @@ def build_sensitivity(
 
     On each test mass: acceleration at rest, judged by what model.toml limits ([[requirement_at_rest]]), four stiffness
     matrices, and the sensitivity to each thermal area. Compensation masses that are tied to grids move with these.
+
+    With --no-store each result file is read once, and displacements of grids are not kept. Results in several files
+    can be reduced by several machines: each file by --partial on a machine that sees it, and then `tedm merge`; or all
+    by --scheduler. None of these needs `tedm ingest`, and `tedm run` goes on from what they leave.
     """
     from tedm_cli.cli.printing.gravity import sensitivity_dict, sensitivity_lines
     from tedm_cli.progress import progress
     from tedm_cli.stages.gravity.sensitivity import build_sensitivity as stage
 
     project = open_project(config, build_dir, verbose)
+    if no_store or partial is not None or scheduler is not None:
+        if sum((no_store, *(given is not None for given in (partial, scheduler, output)))) > 1:
+            raise UsageError("--no-store, --partial, --scheduler and --output exclude each other")
+        in_parts(project, partial, scheduler, as_json=as_json, quiet=quiet)
+        return
     with progress(quiet) as step:
         done = stage(project, output, step)
     answer(as_json, quiet, lambda: sensitivity_lines(done), lambda: sensitivity_dict(done))

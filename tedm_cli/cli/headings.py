@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 HEADINGS = {
     "Begin": ("init", "run", "check"),
     "Model": ("areas", "write-deck", "solve", "ingest", "build-distortion", "reduce"),
-    "Gravity": ("build-sensitivity", "balance", "audit-mesh", "self-gravity", "accuracy"),
+    "Gravity": ("build-sensitivity", "merge", "balance", "audit-mesh", "self-gravity", "accuracy"),
     "Optics": ("check-layout", "build-optics"),
     "Temperatures of grids": ("build-adjoint", "suggest-areas"),
     "Other loads": ("build-loads",),

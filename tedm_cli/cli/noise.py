@@ -65,7 +65,7 @@ def run_case(
     from tedm_cli.config.uncertainty import MeshDeviation
     from tedm_cli.errors import PhysicsError, TedmError, UsageError
     from tedm_cli.progress import progress
-    from tedm_cli.results.uncertainty import as_dict
+    from tedm_cli.results.cases.uncertainty import as_dict
     from tedm_cli.stages.noise.case import run_cases
 
     project = open_project(config, build_dir, verbose)

@@ -15,6 +15,7 @@ from tedm_cli.errors import InputError
 
 #: What stands in place of a value in help and usage lines; choices are listed instead.
 METAVARS = {
+    "ADDRESS": "address of a dask scheduler, such as tcp://HOST:8786",
     "AREA": "name of a thermal area",
     "CASE": "id of a correlation case in the cases file",
     "COMMAND": "a command line of another program",

@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.areas import Ids, id_ranges, ranges_increase
 from tedm_cli.config.base import (
     Bounded,
     Duration,
@@ -25,8 +24,9 @@ from tedm_cli.config.base import (
     named_by_project,
 )
 from tedm_cli.config.base import load as load_table
-from tedm_cli.config.body import Edges
-from tedm_cli.config.model import RotationVector, axes_of_rotation
+from tedm_cli.config.model.areas import Ids, id_ranges, ranges_increase
+from tedm_cli.config.model.body import Edges
+from tedm_cli.config.model.file import RotationVector, axes_of_rotation
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.gravity.compensation import Tie

@@ -12,10 +12,10 @@ from pydantic import Field, model_validator
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.base import Bounded, Frequency, Strict, named_by_project, read_toml, validate
-from tedm_cli.config.correlation import CaseTable
+from tedm_cli.config.correlation.case import CaseTable
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.config.series import RealisationTable, SeriesTable
-from tedm_cli.config.temperature import TemperatureTable
+from tedm_cli.config.temperature.noise import TemperatureTable
 from tedm_cli.config.uncertainty import CasesUncertainty
 from tedm_cli.errors import ConfigError, UsageError
 from tedm_cli.files.provenance import ConfigFile

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tedm_cli.config.model import ModelConfig, load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.file import ModelConfig, load_model
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
 from tedm_cli.gravity.operator import sensitivity_row_labels

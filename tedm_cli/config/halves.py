@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.model.file import ModelConfig, load_model
 from tedm_cli.config.project import NO_OPTICS, Project
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.requirements import AppliedRequirement

@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from tedm_cli.config.areas import BoxTable, Ids, ranges_increase
 from tedm_cli.config.base import IDENTIFIER, Bounded, Place, Strict, load, named_by_project
+from tedm_cli.config.model.areas import BoxTable, Ids, ranges_increase
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.quantities import FIELD_OF_GRAVITY, MODES, MOISTURE, SWELLING
 

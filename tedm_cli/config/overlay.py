@@ -16,10 +16,10 @@ from pydantic import BaseModel
 from tedm_cli.config.balance import BalanceConfig
 from tedm_cli.config.base import Form, Strict, models_in, read_toml, validate
 from tedm_cli.config.cases import CasesConfig
-from tedm_cli.config.dynamics import DynamicsConfig
+from tedm_cli.config.dynamics.loop import DynamicsConfig
 from tedm_cli.config.loads import LoadsConfig
-from tedm_cli.config.model import ModelConfig
-from tedm_cli.config.optics_tables import OpticsTables
+from tedm_cli.config.model.file import ModelConfig
+from tedm_cli.config.optics.tables import OpticsTables
 from tedm_cli.config.project import Project, ProjectTable
 from tedm_cli.config.thermal.file import ThermalConfig
 from tedm_cli.errors import ConfigError, printable

@@ -15,12 +15,12 @@ from pydantic.fields import FieldInfo
 from tedm_cli.config.balance import BalanceConfig
 from tedm_cli.config.base import PATTERNS, Bounded, Form, Strict, models_in
 from tedm_cli.config.cases import CasesConfig
-from tedm_cli.config.controller_file import ControllerFile
-from tedm_cli.config.dynamics import DynamicsConfig
+from tedm_cli.config.dynamics.controller_file import ControllerFile
+from tedm_cli.config.dynamics.loop import DynamicsConfig
 from tedm_cli.config.imported import LawTable, SensitivityTable
 from tedm_cli.config.loads import LoadsConfig
-from tedm_cli.config.model import ModelConfig
-from tedm_cli.config.optics_tables import OpticsTables
+from tedm_cli.config.model.file import ModelConfig
+from tedm_cli.config.optics.tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
 from tedm_cli.config.thermal.file import ThermalConfig
 from tedm_cli.config.trade import TradeConfig

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from tedm_cli.config.base import FileName, Frequency, OneLine, Strict
-from tedm_cli.config.correlation import Names
+from tedm_cli.config.correlation.case import Names
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.requirements import AppliedRequirement, Requirement, tabulated
 from tedm_cli.quantities import FREQUENCY, REQUIREMENT

@@ -10,8 +10,8 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.base import read_toml, validate
-from tedm_cli.config.model import ModelConfig
-from tedm_cli.config.optics_tables import FrameTable
+from tedm_cli.config.model.file import ModelConfig
+from tedm_cli.config.optics.tables import FrameTable
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
 from tedm_cli.symmetry_plane import BASIC_PLANE, SymmetryPlane

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from tedm_cli.config.at_rest import Quantity
 from tedm_cli.config.base import IDENTIFIER, Bounded, FileName, Form, Frequency, OneLine, Strict, load
-from tedm_cli.config.correlation import CaseId
+from tedm_cli.config.correlation.case import CaseId
+from tedm_cli.config.model.at_rest import Quantity
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.quantities import CRITERION_LIMIT, CRITERION_WEIGHT

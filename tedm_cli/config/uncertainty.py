@@ -11,10 +11,10 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from tedm_cli.config.areas import Ids, ranges_increase
 from tedm_cli.config.base import IDENTIFIER, Bounded, FileName, OneLine, Strict
-from tedm_cli.config.correlation import SelectorTable
-from tedm_cli.config.uncertain_correlation import CorrelationTable, Pairs, correlation_problems, pairs_of
+from tedm_cli.config.correlation.case import SelectorTable
+from tedm_cli.config.correlation.uncertain import CorrelationTable, Pairs, correlation_problems, pairs_of
+from tedm_cli.config.model.areas import Ids, ranges_increase
 from tedm_cli.quantities import (
     DRAWS,
     EXPANSION_DEVIATION,

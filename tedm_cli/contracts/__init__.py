@@ -18,6 +18,7 @@ from tedm_cli.contracts.dynamics import DYNAMICS
 from tedm_cli.contracts.imposed import IMPOSED
 from tedm_cli.contracts.loads import LOADS
 from tedm_cli.contracts.optics import OPTICS
+from tedm_cli.contracts.partial import PARTIAL
 from tedm_cli.contracts.release import RELEASE
 from tedm_cli.contracts.sensitivity import SENSITIVITY
 from tedm_cli.contracts.series import SERIES, SIMULATED_SERIES, SeriesDatasets
@@ -38,6 +39,7 @@ __all__ = [
     "KINDS",
     "LOADS",
     "OPTICS",
+    "PARTIAL",
     "RELEASE",
     "SENSITIVITY",
     "SERIES",
@@ -60,7 +62,7 @@ KINDS = {
     kind.name: kind
     for kind in (
         UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, ADJOINT, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES,
-        RELEASE, IMPOSED, THERMAL, TEMPERATURES, LOADS, BALANCE, TRADE,
+        RELEASE, IMPOSED, THERMAL, TEMPERATURES, LOADS, BALANCE, TRADE, PARTIAL,
     )
 }  # fmt: skip
 

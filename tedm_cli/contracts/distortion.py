@@ -6,6 +6,7 @@ from tedm_cli.contracts.spec import (
     BASIC,
     ID,
     NAMES,
+    ON_GRIDS,
     PER_AREA,
     TURN_PER_AREA,
     AreaDatasets,
@@ -28,8 +29,10 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         ("area", "node", "xyz"),
         "real",
         PER_AREA,
-        "distortion matrix [D]: translation per /area/unit of an area",
+        "distortion matrix [D]: translation per /area/unit of an area; not kept by `tedm merge`",
         BASIC,
+        True,
+        group=ON_GRIDS,
         view_of=(UNIT_LOADS.name, UNIT_LOADS.TRANSLATION),  # where every load is of 1 K: the same numbers
     )
     D_OFFSET_NODE = Dataset(
@@ -47,6 +50,8 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         TURN_PER_AREA,
         "rotation of these grids per /area/unit of an area",
         BASIC,
+        True,
+        group=ON_GRIDS,
     )
     OPTICAL_NAME = Dataset(
         "/optical/name", ("optical",), "str", "1", "optical element", optional=True, values=NAMES, group=_OPTICS

@@ -66,6 +66,7 @@ COUNT = Values(least=0)
 KINDS_OF_AREA = ("mean", "gradient", "gradient_x", "gradient_y", "gradient_z")
 UNITS_OF_AREA = ("K", "K/m")
 PER_AREA = "m/K; m/(K/m) of gradients"
+ON_GRIDS = "displacements of grids"  # absent where results were reduced without keeping them
 TURN_PER_AREA = "rad/K; rad/(K/m) of gradients"
 MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 DOFS = ("x", "y", "z", "theta", "eta", "phi")

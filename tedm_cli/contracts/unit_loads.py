@@ -7,6 +7,7 @@ from tedm_cli.contracts.spec import (
     COUNT,
     ID,
     NAMES,
+    ON_GRIDS,
     AreaDatasets,
     AreaPlaces,
     Dataset,
@@ -92,9 +93,25 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         values=Values(rows_of="element"),
     )
     TRANSLATION = Dataset(
-        "/translation", ("area", "node", "xyz"), "real", "m", "translation under each unit load", BASIC
+        "/translation",
+        ("area", "node", "xyz"),
+        "real",
+        "m",
+        "translation under each unit load; not kept by `tedm merge`",
+        BASIC,
+        True,
+        group=ON_GRIDS,
     )
-    ROTATION = Dataset("/rotation", ("area", "node", "xyz"), "real", "rad", "rotation under each unit load", BASIC)
+    ROTATION = Dataset(
+        "/rotation",
+        ("area", "node", "xyz"),
+        "real",
+        "rad",
+        "rotation under each unit load",
+        BASIC,
+        True,
+        group=ON_GRIDS,
+    )
     UNIFORM_TRANSLATION = Dataset(
         "/uniform/translation",
         ("node", "xyz"),

@@ -11,7 +11,7 @@ from tedm_cli.contracts import CASE
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
+from tedm_cli.results.cases.file import read_bound, read_correlation, read_psd
 
 
 def case_notes(file: Reader) -> list[str]:

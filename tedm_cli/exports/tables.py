@@ -10,9 +10,9 @@ from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, FileKind
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
 from tedm_cli.results.areas import per_area, read_areas
-from tedm_cli.results.field import read_linearised
+from tedm_cli.results.gravity.field import read_linearised
+from tedm_cli.results.gravity.self_gravity import read_self_gravity
 from tedm_cli.results.optics import read_bench_motion
-from tedm_cli.results.self_gravity import read_self_gravity
 
 _MOTIONS = {"ux": "m", "uy": "m", "uz": "m", "rx": "rad", "ry": "rad", "rz": "rad"}
 _MOTIONS_ARE = 'frame = "layout"\ntest_mass_axes = "frame"\nrotations = "small_angle"\n'

@@ -21,7 +21,7 @@ import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.exports.mesh import Cells
-from tedm_cli.figures.colours import LEFT_OUT, area_colours
+from tedm_cli.figures.drawing.colours import LEFT_OUT, area_colours
 from tedm_cli.files.store import replacing
 from tedm_cli.tables.csv_table import csv_line
 

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from tedm_cli.figures.fit import line_count, text_width, wrapped
-from tedm_cli.figures.key import key
-from tedm_cli.figures.spec import PAGE_HEIGHT
-from tedm_cli.figures.style import (
+from tedm_cli.figures.drawing.fit import line_count, text_width, wrapped
+from tedm_cli.figures.drawing.key import key
+from tedm_cli.figures.drawing.spec import PAGE_HEIGHT
+from tedm_cli.figures.drawing.style import (
     BLUE,
     SMALL,
     VERMILION,
@@ -27,7 +27,7 @@ from tedm_cli.figures.style import (
     style,
 )
 from tedm_cli.gravity.requirements import AT_REST_UNITS, DcVerdict
-from tedm_cli.results.field import place_text, symbol
+from tedm_cli.results.gravity.field import place_text, symbol
 from tedm_cli.results.titles import subsystem_label
 from tedm_cli.results.wording import ratio_text
 

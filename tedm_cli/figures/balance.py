@@ -16,9 +16,9 @@ from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
 from tedm_cli.arrays import FloatArray, IndexArray
-from tedm_cli.figures.fit import text_width
-from tedm_cli.figures.key import key
-from tedm_cli.figures.style import (
+from tedm_cli.figures.drawing.fit import text_width
+from tedm_cli.figures.drawing.key import key
+from tedm_cli.figures.drawing.style import (
     BLUE,
     COLOURS,
     SMALL,
@@ -30,8 +30,8 @@ from tedm_cli.figures.style import (
     ratio_axis,
     style,
 )
-from tedm_cli.results.balance import BalanceResults
-from tedm_cli.results.field import place_text, symbol
+from tedm_cli.results.gravity.balance import BalanceResults
+from tedm_cli.results.gravity.field import place_text, symbol
 from tedm_cli.results.wording import ratio_text
 
 _VIEWS = (("x", "y", 2), ("x", "z", 1), ("y", "z", 0))  # axes to the right and up, and the one that is cut across

@@ -14,10 +14,10 @@ from matplotlib.ticker import FixedLocator
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.dynamics.judging import THERMAL
-from tedm_cli.figures.key import Key, key
-from tedm_cli.figures.spec import PAGE_WIDTH
-from tedm_cli.figures.spectra import bands, limit_lines, limit_samples, log_range, scales
-from tedm_cli.figures.style import (
+from tedm_cli.figures.cases.spectra import bands, limit_lines, limit_samples, log_range, scales
+from tedm_cli.figures.drawing.key import Key, key
+from tedm_cli.figures.drawing.spec import PAGE_WIDTH
+from tedm_cli.figures.drawing.style import (
     COLOURS,
     DASHES,
     SMALL,
@@ -33,9 +33,9 @@ from tedm_cli.figures.style import (
     series_look,
     style,
 )
-from tedm_cli.figures.titles import judged_title, labels_words, limit_words
-from tedm_cli.results.dynamics import ControlLoop, LoopOutput, LoopStability, SimulatedCase
-from tedm_cli.results.noise import Limit
+from tedm_cli.figures.drawing.titles import judged_title, labels_words, limit_words
+from tedm_cli.results.cases.noise import Limit
+from tedm_cli.results.dynamics.loop import ControlLoop, LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, mhz_text, ratio_text
 

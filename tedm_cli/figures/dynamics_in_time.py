@@ -8,12 +8,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from tedm_cli.figures.fit import wrapped
-from tedm_cli.figures.key import key
-from tedm_cli.figures.style import COLOURS, SMALL, WIDTH, frequency_axis, grid, heading, heading_lines, style
-from tedm_cli.results.dynamics_in_time import RealisedCase
-from tedm_cli.results.noise import REALISATION_CONFIDENCE
-from tedm_cli.results.series import thinned
+from tedm_cli.figures.drawing.fit import wrapped
+from tedm_cli.figures.drawing.key import key
+from tedm_cli.figures.drawing.style import COLOURS, SMALL, WIDTH, frequency_axis, grid, heading, heading_lines, style
+from tedm_cli.results.cases.noise import REALISATION_CONFIDENCE
+from tedm_cli.results.cases.series import thinned
+from tedm_cli.results.dynamics.in_time import RealisedCase
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import capital
 

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.figures.fit import wrapped
-from tedm_cli.figures.key import key
-from tedm_cli.figures.spectra import limit_lines, scales
-from tedm_cli.figures.style import SMALL, STACK, WIDTH, grid, heading, heading_lines, log_axis, style
+from tedm_cli.figures.cases.spectra import limit_lines, scales
+from tedm_cli.figures.drawing.fit import wrapped
+from tedm_cli.figures.drawing.key import key
+from tedm_cli.figures.drawing.style import SMALL, STACK, WIDTH, grid, heading, heading_lines, log_axis, style
 from tedm_cli.gravity.field import OTHER_TEST_MASS
-from tedm_cli.results.imposed import ImposedMotion, ImposedNoise
+from tedm_cli.results.dynamics.imposed import ImposedMotion, ImposedNoise
 
 _LEFT, _SPECTRA, _GAP, _BARS, _TALL, _FOOT = 0.78, 2.75, 1.45, 1.85, 2.6, 0.6  # inches
 _DECADES = 0.5  # above and below all that is shown

@@ -13,9 +13,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.figures.fit import line_count, wrapped
-from tedm_cli.figures.key import key
-from tedm_cli.figures.style import COLOURS, LINE, SMALL, VERMILION, WIDTH, heading, heading_lines, series_look, style
+from tedm_cli.figures.drawing.fit import line_count, wrapped
+from tedm_cli.figures.drawing.key import key
+from tedm_cli.figures.drawing.style import (
+    COLOURS,
+    LINE,
+    SMALL,
+    VERMILION,
+    WIDTH,
+    heading,
+    heading_lines,
+    series_look,
+    style,
+)
 from tedm_cli.results.trade import Trade, TradedCriterion
 from tedm_cli.results.wording import unit_text
 from tedm_cli.trade.pareto import rounded

@@ -61,6 +61,14 @@ def simulated_series_file_name(name: str) -> str:
     return f"simulation_{name}.h5"
 
 
+def partial_file_names(results: Sequence[Path]) -> list[str]:
+    """`partial_batch1.h5` for batch1.op2; with their numbers where results in different folders have one name."""
+    stems = [path.stem for path in results]
+    if len({stem.casefold() for stem in stems}) < len(stems):
+        stems = [f"{number}_{stem}" for number, stem in enumerate(stems, start=1)]
+    return [f"partial_{stem}.h5" for stem in stems]
+
+
 def provenance(configs: Sequence[ConfigFile], inputs: Iterable[Path]) -> Provenance:
     """Origin of a file: `configs` as they were read, and the present contents of `inputs`."""
     paths = list(inputs)

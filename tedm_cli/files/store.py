@@ -25,6 +25,7 @@ import numpy as np
 from tedm_cli import __version__
 from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import KINDS, Dataset, FileKind
+from tedm_cli.contracts.spec import ON_GRIDS
 from tedm_cli.errors import InputError, PhysicsError, TedmError
 from tedm_cli.files.blocks import BLOCK_NODES, Allocated, Blocks, narrowed, reading
 from tedm_cli.files.contract_check import (
@@ -207,11 +208,23 @@ class Reader:
         try:
             found = opened(self._file, path)
         except KeyError:
-            hint = f"make it with `{self.kind.made_by}`, or `tedm run`"
-            raise InputError(f"has no {path}", where=str(self.path), hint=hint) from None
+            raise self.absent(path) from None
         if not is_view(found):
             return Blocks(found, self.path)
         return self._sources.blocks(found, find_spec(self.kind, path), self.kind.made_by, self.provenance().inputs)
+
+    def absent(self, path: str) -> InputError:
+        """The error for a dataset that is not there, be it one that is kept only where all results were."""
+        spec = self.kind.datasets.get(path)
+        if spec is None or spec.comes_with != ON_GRIDS:
+            return InputError(
+                f"has no {path}", where=str(self.path), hint=f"make it with `{self.kind.made_by}`, or `tedm run`"
+            )
+        return InputError(
+            f"has no displacements of grids ({path}): its results were reduced without keeping them",
+            where=str(self.path),
+            hint="`tedm ingest` and `tedm build-distortion` keep them",
+        )
 
     def units(self, path: str) -> str:
         with reading(self.path, path):

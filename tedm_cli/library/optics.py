@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.contracts.spec import MOTIONS
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.library.project import Project

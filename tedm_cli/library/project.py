@@ -14,11 +14,11 @@ import numpy as np
 from tedm_cli.config import project as config_project
 from tedm_cli.config.base import named_by_project, read_toml, validate
 from tedm_cli.config.cases import CasesConfig, load_cases
-from tedm_cli.config.correlation import CaseTable
-from tedm_cli.config.model import load_model
+from tedm_cli.config.correlation.case import CaseTable
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.nearest import NO_PROJECT, Found, nearest_project, project_in
-from tedm_cli.config.optics import load_layout
-from tedm_cli.config.temperature_spectrum import SpectrumColumns
+from tedm_cli.config.optics.layout import load_layout
+from tedm_cli.config.temperature.spectrum import SpectrumColumns
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
 from tedm_cli.files.in_memory import in_memory
@@ -30,9 +30,9 @@ from tedm_cli.library.xarray_door import xarray
 from tedm_cli.noise.correlation import CorrelationCase, LabelledMatrix
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.quantities import FREQUENCY, MATRIX_ENTRY, TEMPERATURE_ASD
-from tedm_cli.results.case_file import write_case
-from tedm_cli.results.network_comparison import write_comparison
-from tedm_cli.results.uncertainty import write_uncertainty
+from tedm_cli.results.cases.file import write_case
+from tedm_cli.results.cases.uncertainty import write_uncertainty
+from tedm_cli.results.thermal.comparison import write_comparison
 from tedm_cli.stages.noise.case import case_setting
 
 if TYPE_CHECKING:

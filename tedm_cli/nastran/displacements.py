@@ -24,11 +24,12 @@ class Findings:
     """What was found while displacements were read.
 
     by_number : files without labels, whose subcases were taken by the numbers of the deck. single : whether the motion
-    under any load is in single precision.
+    under any load is in single precision. taken : every load with its file and its number in it.
     """
 
     by_number: list[Path] = field(default_factory=list)
     single: bool = False
+    taken: list[tuple[Path, int, UnitLoad]] = field(default_factory=list)
 
 
 def unit_load_displacements(
@@ -38,6 +39,8 @@ def unit_load_displacements(
     subcase_table: Mapping[str, int] | None = None,
     scalar_points: Collection[int] = (),
     findings: Findings | None = None,
+    *,
+    whole: bool = True,
 ) -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
     """Yield (unit load, translation [N,3] m, rotation [N,3] rad) for every load, in the order of the result files.
 
@@ -46,6 +49,8 @@ def unit_load_displacements(
     regard to case, else, where a file has no labels at all, by the deck's numbers; never by order. Every area of
     `subcase_table` is among `loads`. Displacements of grids that the results leave out stay zero when those grids have
     no element, no rigid element and no mass; rows of `scalar_points` are left out. `findings` is filled on the way.
+    Without `whole` the files are some of several: loads may be missing, and numbers be held against the labels later,
+    by `check_numbers` of what was `taken` from all.
 
     Raises
     ------
@@ -68,9 +73,11 @@ def unit_load_displacements(
             matched.append((path, mine))
             if not subcase_table and not all(table.labelled for table in tables):
                 findings.by_number.append(path)
-    _check_complete(loads, seen, files)
-    if not subcase_table:
-        _check_numbers(matched, loads)
+    findings.taken = [(path, number, load) for path, mine in matched for number, load in mine.items()]
+    if whole:
+        _check_complete(loads, seen, files)
+        if not subcase_table:
+            check_numbers(findings.taken, loads)
     on_grids = OnGrids(geometry, scalar_points)
     for path, mine in matched:
         with open_result_file(path) as (tables, read):
@@ -163,12 +170,15 @@ def _check_complete(loads: Sequence[UnitLoad], seen: Mapping[str, Path], files: 
         )
 
 
-def _check_numbers(matched: Sequence[tuple[Path, Mapping[int, UnitLoad]]], loads: Sequence[UnitLoad]) -> None:
+def check_numbers(found: Sequence[tuple[Path, int, UnitLoad]], loads: Sequence[UnitLoad]) -> None:
     """Where the results have the deck's own numbers, these must say what the labels say.
 
     Two loads that have changed places add up to the same uniform load: nothing else would tell.
+
+    Raises
+    ------
+    InputError : they say otherwise; names the first.
     """
-    found = [(path, number, load) for path, mine in matched for number, load in mine.items()]
     if sorted(number for _, number, _ in found) != sorted(load.subcase for load in loads):
         return  # numbered anew, in one file or in several
     of_deck = {load.subcase: load.label for load in loads}

@@ -10,8 +10,8 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.report.document import Block, Heading, Paragraph, Ref, Strong
 from tedm_cli.report.verdicts import Judgement
-from tedm_cli.results.deciding import LIKELY, Pair, possible_of
-from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.cases.deciding import LIKELY, Pair, possible_of
+from tedm_cli.results.cases.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, clause, count, ratio_text, span
 

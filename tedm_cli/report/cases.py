@@ -20,8 +20,8 @@ from tedm_cli.report.document import (
 )
 from tedm_cli.report.evidence import case_head
 from tedm_cli.report.verdicts import Titles
-from tedm_cli.results.deciding import without_repeats
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.cases.deciding import without_repeats
+from tedm_cli.results.cases.noise import CaseNoise
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import capital, ratio_text, span
 

@@ -39,17 +39,17 @@ from tedm_cli.report.thermal import thermal_section
 from tedm_cli.report.uncertain import uncertainty_section
 from tedm_cli.report.verdicts import Titles
 from tedm_cli.report.where import Where, where_section
-from tedm_cli.results.chances import uncertain_cases
-from tedm_cli.results.dynamics import ClosedLoop
-from tedm_cli.results.dynamics_in_time import IN_TIME
-from tedm_cli.results.effects import OwnEffect
-from tedm_cli.results.field import FieldAtRest
-from tedm_cli.results.materials import MaterialEffect
+from tedm_cli.results.adjoint.materials import MaterialEffect
+from tedm_cli.results.cases.chances import uncertain_cases
+from tedm_cli.results.cases.effects import OwnEffect
+from tedm_cli.results.cases.noise import CaseNoise
+from tedm_cli.results.cases.series import SeriesSummary
+from tedm_cli.results.dynamics.in_time import IN_TIME
+from tedm_cli.results.dynamics.loop import ClosedLoop
+from tedm_cli.results.gravity.field import FieldAtRest
 from tedm_cli.results.model import DistortionSize, ModelSize
-from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsResults
-from tedm_cli.results.series import SeriesSummary
-from tedm_cli.results.thermal_network import ThermalNetwork
+from tedm_cli.results.thermal.network import ThermalNetwork
 from tedm_cli.results.titles import requirement_title
 from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE, and_text, capital, count
 

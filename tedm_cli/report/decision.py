@@ -11,9 +11,17 @@ from tedm_cli.report.document import Label, Link, Paragraph, Ref, Section, State
 from tedm_cli.report.evidence import cancels, few, improvement_key
 from tedm_cli.report.uncertain import chance_words, violated_words
 from tedm_cli.report.verdicts import Titles, exceeding, state_of
-from tedm_cli.results.deciding import LIKELY, Pair, by_requirement, deciding, possible_of, without_repeats, worst_of
-from tedm_cli.results.field import worst_at_rest
-from tedm_cli.results.noise import MATCHED, SILENCED, WAYS, CaseNoise, JudgedOutput, Limit
+from tedm_cli.results.cases.deciding import (
+    LIKELY,
+    Pair,
+    by_requirement,
+    deciding,
+    possible_of,
+    without_repeats,
+    worst_of,
+)
+from tedm_cli.results.cases.noise import MATCHED, SILENCED, WAYS, CaseNoise, JudgedOutput, Limit
+from tedm_cli.results.gravity.field import worst_at_rest
 from tedm_cli.results.titles import at_rest_title, by_subsystem, output_title
 from tedm_cli.results.wording import (
     and_text,

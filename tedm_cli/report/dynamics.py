@@ -25,9 +25,9 @@ from tedm_cli.report.document import (
 from tedm_cli.report.dynamics_in_time import in_time_blocks
 from tedm_cli.report.evidence import cancels, factor_cell, ratio_cell, share_text
 from tedm_cli.report.verdicts import Titles
-from tedm_cli.results.deciding import DIAGNOSTIC, deciding
-from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, LoopStability, SimulatedCase
-from tedm_cli.results.noise import temperature_words
+from tedm_cli.results.cases.deciding import DIAGNOSTIC, deciding
+from tedm_cli.results.cases.noise import temperature_words
+from tedm_cli.results.dynamics.loop import ClosedLoop, LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, clause, mhz_text, percent, ratio_text, sci
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from tedm_cli.report.document import Block, Cell, Facts, Figure, Heading, Paragraph, Table, columns, row
 from tedm_cli.report.series import verdict_blocks
 from tedm_cli.report.verdicts import Titles
-from tedm_cli.results.dynamics_in_time import LoopInTime
-from tedm_cli.results.noise import REALISATION_CONFIDENCE
+from tedm_cli.results.cases.noise import REALISATION_CONFIDENCE
+from tedm_cli.results.dynamics.in_time import LoopInTime
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import capital, percent, sci
 

@@ -9,7 +9,7 @@ import numpy as np
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Cell, Paragraph, Section, Table, columns, row
 from tedm_cli.results.areas import unit_per
-from tedm_cli.results.effects import OwnEffect
+from tedm_cli.results.cases.effects import OwnEffect
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import capital, sci, unit_text

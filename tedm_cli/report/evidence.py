@@ -10,8 +10,8 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
 from tedm_cli.report.verdicts import Titles
-from tedm_cli.results.deciding import deciding_pairs, without_repeats
-from tedm_cli.results.noise import MATCHED, WAYS, CaseNoise, JudgedOutput, level_unit
+from tedm_cli.results.cases.deciding import deciding_pairs, without_repeats
+from tedm_cli.results.cases.noise import MATCHED, WAYS, CaseNoise, JudgedOutput, level_unit
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import (
     capital,

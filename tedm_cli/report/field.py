@@ -26,8 +26,8 @@ from tedm_cli.report.document import (
 )
 from tedm_cli.report.frames import own_axes
 from tedm_cli.report.verdicts import NOT_JUDGED
-from tedm_cli.results.compensation import Blocks, ties_text
-from tedm_cli.results.field import FieldAtRest, Linearised, not_allocated, place_text, symbol
+from tedm_cli.results.gravity.compensation import Blocks, ties_text
+from tedm_cli.results.gravity.field import FieldAtRest, Linearised, not_allocated, place_text, symbol
 from tedm_cli.results.titles import at_rest_requirement, mass_title, subsystem_label
 from tedm_cli.results.wording import SUPERSCRIPT, and_text, count, ratio_text, sci, unit_text, vector
 

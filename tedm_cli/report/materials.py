@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tedm_cli.report.document import Cell, Paragraph, Row, Section, Table, columns
-from tedm_cli.results.materials import MaterialEffect
+from tedm_cli.results.adjoint.materials import MaterialEffect
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import capital, sci
 

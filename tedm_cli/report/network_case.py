@@ -10,9 +10,9 @@ from tedm_cli.report.document import Block, Cell, Figure, Link, Paragraph, Ref, 
 from tedm_cli.report.evidence import cancels, factor_cell, ratio_cell, share_text
 from tedm_cli.report.thermal import SECTION, stability_words, thermal_cases
 from tedm_cli.report.verdicts import Titles
-from tedm_cli.results.deciding import LIKELY, Pair, deciding_pairs, possible_of, without_repeats, worst_of
-from tedm_cli.results.network_comparison import Comparison
-from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.cases.deciding import LIKELY, Pair, deciding_pairs, possible_of, without_repeats, worst_of
+from tedm_cli.results.cases.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.thermal.comparison import Comparison
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, count, mhz_text, power_text, ratio_text
 

@@ -27,11 +27,11 @@ from tedm_cli.report.document import (
 )
 from tedm_cli.report.uncertain import uncertainty_facts
 from tedm_cli.report.verdicts import NOT_JUDGED, Titles, exceeding, noise_judgements, worst_first
-from tedm_cli.results.deciding import by_requirement
-from tedm_cli.results.dynamics import ClosedLoop
-from tedm_cli.results.field import FieldAtRest, not_allocated
+from tedm_cli.results.cases.deciding import by_requirement
+from tedm_cli.results.cases.noise import CaseNoise, temperature_words
+from tedm_cli.results.dynamics.loop import ClosedLoop
+from tedm_cli.results.gravity.field import FieldAtRest, not_allocated
 from tedm_cli.results.model import DistortionSize, ModelSize
-from tedm_cli.results.noise import CaseNoise, temperature_words
 from tedm_cli.results.optics import OpticsResults
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import at_rest_title, by_subsystem, mass_title, output_title

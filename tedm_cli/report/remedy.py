@@ -28,9 +28,9 @@ from tedm_cli.report.dynamics import SECTION
 from tedm_cli.report.evidence import factor_cell, few, improvement_key, ratio_cell
 from tedm_cli.report.summary import Loop, Noise
 from tedm_cli.report.verdicts import Judgement, Titles, exceeding, loop_judgements, noise_judgements, worst_first
-from tedm_cli.results.dynamics import ClosedLoop
-from tedm_cli.results.field import worst_at_rest
-from tedm_cli.results.noise import MATCHED, QUIETER, SILENCED, CaseNoise, JudgedOutput, level_unit
+from tedm_cli.results.cases.noise import MATCHED, QUIETER, SILENCED, CaseNoise, JudgedOutput, level_unit
+from tedm_cli.results.dynamics.loop import ClosedLoop
+from tedm_cli.results.gravity.field import worst_at_rest
 from tedm_cli.results.titles import at_rest_title, by_subsystem, output_title
 from tedm_cli.results.wording import (
     and_text,

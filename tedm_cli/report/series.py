@@ -18,7 +18,7 @@ from tedm_cli.report.document import (
     verdict_cell,
 )
 from tedm_cli.report.verdicts import Titles
-from tedm_cli.results.series import SeriesSummary
+from tedm_cli.results.cases.series import SeriesSummary
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import capital, mhz_text, ratio_text, sci, unit_text
 

@@ -22,11 +22,11 @@ from tedm_cli.report.verdicts import (
     noise_judgements,
     worst_first,
 )
-from tedm_cli.results.chances import distribution_of, probability_words, uncertain_cases
-from tedm_cli.results.deciding import LIKELY, POSSIBLE, possible_of, worst_of
-from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, SimulatedCase
-from tedm_cli.results.field import worst_at_rest
-from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.cases.chances import distribution_of, probability_words, uncertain_cases
+from tedm_cli.results.cases.deciding import LIKELY, POSSIBLE, possible_of, worst_of
+from tedm_cli.results.cases.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.dynamics.loop import ClosedLoop, LoopOutput, SimulatedCase
+from tedm_cli.results.gravity.field import worst_at_rest
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, clause, count, mhz_text, ratio_text, span
 from tedm_cli.uncertainty.verdicts import CaseUncertainty

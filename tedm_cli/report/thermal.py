@@ -23,12 +23,12 @@ from tedm_cli.report.document import (
     row,
 )
 from tedm_cli.report.verdicts import Titles
-from tedm_cli.results.deciding import DIAGNOSTIC
-from tedm_cli.results.disturbances import all_together, strictest_of
-from tedm_cli.results.noise import CaseNoise
-from tedm_cli.results.thermal import SteadyResults
-from tedm_cli.results.thermal_groups import GroupGains, GroupTemperatures, SteadyNodes
-from tedm_cli.results.thermal_network import ThermalNetwork
+from tedm_cli.results.cases.deciding import DIAGNOSTIC
+from tedm_cli.results.cases.noise import CaseNoise
+from tedm_cli.results.thermal.disturbances import all_together, strictest_of
+from tedm_cli.results.thermal.file import SteadyResults
+from tedm_cli.results.thermal.groups import GroupGains, GroupTemperatures, SteadyNodes
+from tedm_cli.results.thermal.network import ThermalNetwork
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import (
     and_text,

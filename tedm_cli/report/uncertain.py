@@ -8,7 +8,7 @@ import numpy as np
 
 from tedm_cli.report.document import Block, Cell, Figure, Paragraph, Row, Section, State, Table, columns, row
 from tedm_cli.report.evidence import case_head, ratio_cell
-from tedm_cli.results.chances import (
+from tedm_cli.results.cases.chances import (
     deviation_text,
     distribution_in,
     distribution_of,
@@ -18,8 +18,8 @@ from tedm_cli.results.chances import (
     spread_words,
     uncertain_cases,
 )
-from tedm_cli.results.deciding import without_repeats
-from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.cases.deciding import without_repeats
+from tedm_cli.results.cases.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, count, ratio_text
 from tedm_cli.uncertainty.parameters import Parameter

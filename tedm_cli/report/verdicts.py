@@ -8,10 +8,10 @@ from typing import Generic, Protocol, TypeVar
 
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.report.document import Cell, Row, State, row
-from tedm_cli.results.deciding import LIKELY, by_requirement, deciding, possible_of, without_repeats, worst_of
-from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, SimulatedCase
-from tedm_cli.results.field import worst_at_rest
-from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.cases.deciding import LIKELY, by_requirement, deciding, possible_of, without_repeats, worst_of
+from tedm_cli.results.cases.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.dynamics.loop import ClosedLoop, LoopOutput, SimulatedCase
+from tedm_cli.results.gravity.field import worst_at_rest
 from tedm_cli.results.titles import at_rest_requirement, at_rest_title, by_subsystem, output_title
 from tedm_cli.results.wording import capital, mhz_text, ratio_text
 

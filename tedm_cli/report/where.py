@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from tedm_cli.arrays import FloatArray
 from tedm_cli.report.document import Block, Figure, Paragraph, Section, Table, columns, row
 from tedm_cli.report.verdicts import noise_judgements, worst_first
-from tedm_cli.results.adjoint_map import MappedModel, OutputMap
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.adjoint.map import MappedModel, OutputMap
+from tedm_cli.results.cases.noise import CaseNoise
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, count, decimals, percent, sci, unit_text
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tedm_cli.config.cases import CasesConfig, load_cases
-from tedm_cli.config.dynamics import load_dynamics
+from tedm_cli.config.dynamics.loop import load_dynamics
 from tedm_cli.config.halves import halves_of
-from tedm_cli.config.model import load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.file import load_model
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.config.thermal.file import load_thermal
 from tedm_cli.contracts import (
@@ -52,9 +52,9 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.case_network import of_network
-from tedm_cli.results.no_loop import why_no_loop
-from tedm_cli.results.thermal import require_thermal
+from tedm_cli.results.dynamics.no_loop import why_no_loop
+from tedm_cli.results.thermal.case_shares import of_network
+from tedm_cli.results.thermal.file import require_thermal
 from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE, count
 
 _HALVES = (SENSITIVITY_FILE, OPTICS_FILE)

@@ -11,7 +11,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.halves import halves_of
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS, SENSITIVITY, AreaDatasets, FileKind
 from tedm_cli.errors import InputError
@@ -28,9 +28,9 @@ from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.effects import effect_files, read_effects
+from tedm_cli.results.cases.effects import effect_files, read_effects
+from tedm_cli.results.gravity.self_gravity import read_self_gravity
 from tedm_cli.results.optics import read_read_outs
-from tedm_cli.results.self_gravity import read_self_gravity
 from tedm_cli.results.sides import require_plane
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}

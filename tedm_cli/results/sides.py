@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import project_plane
 from tedm_cli.errors import InputError

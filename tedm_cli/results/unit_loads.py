@@ -10,7 +10,7 @@ from tedm_cli.arrays import BoolArray, IntArray
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses, lever_nodes, mass_distribution
-from tedm_cli.results.ties import turning_grids
+from tedm_cli.results.gravity.ties import turning_grids
 
 
 def _concentrated(unit: Reader) -> PointMasses:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tedm_cli.areas.places import corner_areas, element_owners
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
 from tedm_cli.files.seal import sha256_of
@@ -20,7 +20,7 @@ from tedm_cli.nastran.loads.area_loads import AreaLoad
 from tedm_cli.nastran.membership import membership
 
 if TYPE_CHECKING:
-    from tedm_cli.figures.gradient_arrows import GradientArrows
+    from tedm_cli.figures.model.gradient_arrows import GradientArrows
 
 FORMATS = (".svg", ".png")
 
@@ -33,7 +33,7 @@ def require_format(figure: Path | None, option: str = "--figure") -> None:
 
 def write_figure(path: Path, figure: Any, title: str, source: Path) -> None:
     """Write a figure in the format that the name says, with the sum of the file that it is of."""
-    from tedm_cli.figures.style import png, svg
+    from tedm_cli.figures.drawing.style import png, svg
 
     write = svg if path.suffix.lower() == ".svg" else png
     data = write(figure, title, [f"{source.name} {sha256_of(source)}"])
@@ -58,7 +58,7 @@ def draw_areas(
     ----------
     model, geometry : as read from it. loads : [k], by name. groups : [k]. what : the areas, in words.
     """
-    from tedm_cli.figures.model import AreaModel, area_figure
+    from tedm_cli.figures.model.areas import AreaModel, area_figure
 
     means = {name: load for name, load in loads.items() if load.gradient is None}
     shown = list(means.values())
@@ -81,7 +81,7 @@ def draw_areas(
 
 def _arrows(model: Any, geometry: ModelGeometry, loads: Mapping[str, AreaLoad]) -> list[GradientArrows]:
     """The areas under a gradient, as they are drawn."""
-    from tedm_cli.figures.gradient_arrows import GradientArrows
+    from tedm_cli.figures.model.gradient_arrows import GradientArrows
 
     under = {name: (load.element_id, load.gradient) for name, load in loads.items() if load.gradient is not None}
     if not under:

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.config.model.compensation import compensation_file
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import AreaDatasets, AreaPlaces
 from tedm_cli.errors import ConfigError, UsageError
@@ -59,6 +61,12 @@ def copy_places(source: Reader, target: Writer) -> None:
 
 def out_path(project: Project, name: str, output: Path | None) -> Path:
     return output if output is not None else project.build_dir / name
+
+
+def gravity_files(project: Project, config: ModelConfig) -> list[Path]:
+    """Files beside the model's configuration that the pull on the test masses depends on."""
+    blocks = compensation_file(project, config)
+    return list(dict.fromkeys([*([] if blocks is None else [blocks]), *map(project.resolve, config.body_files())]))
 
 
 def refuse_own_place(project: Project, results: Sequence[Path]) -> None:

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.layout_against_model import compare_test_masses
-from tedm_cli.config.model import ModelConfig
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.file import ModelConfig
+from tedm_cli.config.optics.against_model import compare_test_masses
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
 from tedm_cli.optics.layout import Element, OpticalLayout

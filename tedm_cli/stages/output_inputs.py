@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.arrays import IntArray
-from tedm_cli.config.model import ModelConfig, load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.file import ModelConfig, load_model
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.build_folder import (

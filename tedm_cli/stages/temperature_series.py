@@ -19,9 +19,9 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.config.cases import CasesConfig, load_cases
-from tedm_cli.config.node_weights import read_node_weights
 from tedm_cli.config.project import Project
 from tedm_cli.config.series import SeriesTable
+from tedm_cli.config.temperature.node_weights import read_node_weights
 from tedm_cli.config.thermal.tmd import unit_of_tmd
 from tedm_cli.documentation import Page
 from tedm_cli.errors import ConfigError, InputError, TedmError, UsageError

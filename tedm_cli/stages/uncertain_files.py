@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.halves import halves_of
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.nearest import BUILD, project_in
 from tedm_cli.config.project import Project
 from tedm_cli.files.build_folder import ADJOINT_FILE, OPTICS_FILE, SENSITIVITY_FILE

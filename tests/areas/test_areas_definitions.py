@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.areas.definitions import DefinedAreas, define_areas, require_partition
-from tedm_cli.config.areas import AreasTable
 from tedm_cli.config.base import Strict, validate
+from tedm_cli.config.model.areas import AreasTable
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.nastran.geometry import grids
 from tedm_cli.nastran.membership import Membership, membership

@@ -14,7 +14,7 @@ import pytest
 from strut_model import LOWER, REST, UPPER, Scale, card, deck, define, project, slopes
 
 from tedm_cli.areas.configured import configured_areas, require_agreement
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
@@ -295,7 +295,7 @@ def run(made: Project, command: str, *args: object) -> Outcome:
 
 
 def test_commands_tell_what_has_what(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tedm_cli.figures.model.DPI", 40)
+    monkeypatch.setattr("tedm_cli.figures.model.areas.DPI", 40)
     made = project(tmp_path, deck(1), TABLES)
     done = run(made, "areas", "-o", tmp_path / "a.csv", "--figure", tmp_path / "a.svg")
     assert done.code == 0, done.err

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from strut_model import ALPHA, LOWER, NX, NY, REST, UPPER, deck, define, plate_grid, project, slopes, strut_element
 
 from tedm_cli.areas.definitions import DefinedAreas, define_areas, require_partition
-from tedm_cli.config.areas import AreasTable
 from tedm_cli.config.base import Strict, validate
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.areas import AreasTable
+from tedm_cli.config.model.file import load_model
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.fem.static import StaticSolution
 from tedm_cli.nastran.geometry import grids

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.areas.attributes import area_attributes
-from tedm_cli.config.areas import AreasTable
 from tedm_cli.config.base import validate
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.areas import AreasTable
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.errors import ConfigError

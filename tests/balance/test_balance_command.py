@@ -19,7 +19,7 @@ from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.gravity.field import dc_verdicts
 from tedm_cli.stages.balance.balance import balance
 from tedm_cli.stages.balance.retrim import retrim
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from tedm_cli.config.compensation import compensation_masses, csv_text
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.compensation import compensation_masses, csv_text
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.compensation import field_of_compensation_masses
 from tedm_cli.progress import silent
-from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.gravity.field import dc_verdicts
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 
 Make = Callable[..., Project]

@@ -120,7 +120,7 @@ def test_csv_goes_round(tiny: Project) -> None:
 def test_leftovers_are_shown_before_they_are_refused(tiny: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     """The table and the picture are what one needs to define the rest; the CSV would be of no use."""
     defined(tiny, DEFINE.replace("remainder = true", "box = { x_m = [0.15, 0.3], y_m = [-inf, 0.05] }"))
-    monkeypatch.setattr("tedm_cli.figures.model.DPI", 40)
+    monkeypatch.setattr("tedm_cli.figures.model.areas.DPI", 40)
     csv, figure = tiny.folder / "out.csv", tiny.folder / "out.svg"
     outcome = tiny.run("areas", "-o", csv, "--figure", figure)
     assert "10 of 12 structural grids are in exactly one area, 2 in none" in outcome.out
@@ -131,7 +131,7 @@ def test_leftovers_are_shown_before_they_are_refused(tiny: Project, monkeypatch:
 
 
 def test_figure_formats(tiny: Project, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tedm_cli.figures.model.DPI", 40)
+    monkeypatch.setattr("tedm_cli.figures.model.areas.DPI", 40)
     for name, start in (("a.svg", b"<?xml"), ("a.png", b"\x89PNG")):
         tiny.run("areas", "-q", "--figure", tiny.folder / name).ok()
         first = (tiny.folder / name).read_bytes()

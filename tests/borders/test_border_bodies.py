@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from border_tools import MODEL_TOML, Project, replace
 
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.errors import ConfigError
 from tedm_cli.gravity.bodies.composite import Composite
 from tedm_cli.gravity.bodies.cuboid import Cuboid, Sphere

@@ -21,11 +21,11 @@ from pydantic import BaseModel
 from tedm_cli import quantities
 from tedm_cli.config.base import Bounded, Strict, load, validate
 from tedm_cli.config.cases import CasesConfig
-from tedm_cli.config.dynamics import DynamicsConfig
+from tedm_cli.config.dynamics.loop import DynamicsConfig
 from tedm_cli.config.imported import LawTable, SensitivityTable
 from tedm_cli.config.loads import LoadsConfig
-from tedm_cli.config.model import ModelConfig
-from tedm_cli.config.optics_tables import OpticsTables
+from tedm_cli.config.model.file import ModelConfig
+from tedm_cli.config.optics.tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
 from tedm_cli.config.thermal.file import ThermalConfig
 from tedm_cli.contracts import KINDS, Dataset, FileKind

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from border_tools import ROOT, tree
 
-from tedm_cli.config.correlation_file import read_matrix
+from tedm_cli.config.correlation.file import read_matrix
 from tedm_cli.errors import InputError
 
 SOURCES = {str(p.relative_to(ROOT / "tedm_cli")): p for p in sorted((ROOT / "tedm_cli").rglob("*.py"))}

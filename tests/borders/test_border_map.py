@@ -13,7 +13,7 @@ import pytest
 from border_tools import SMALL, Project, edited, replace, tedm
 from mapped_project import BY_ELEMENT, ELEMENTS, WAYS, K, fields, mapped, refused, with_map
 
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.contracts import ADJOINT, SENSITIVITY
 from tedm_cli.files.build_folder import provenance
 from tedm_cli.files.store import create, open_checked

@@ -14,7 +14,7 @@ import scipy.io
 from border_tools import CONFIGS, Project, replace, snapshot, tedm
 from label_scales import is_scale_alone
 
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.errors import InputError
 from tedm_cli.matrix_files.mat_file import write_mat
 from tedm_cli.matrix_files.named import NamedMatrix

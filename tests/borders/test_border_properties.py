@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from tedm_cli.areas.csv_file import read_area_csv
 from tedm_cli.config.base import Strict, validate
 from tedm_cli.config.cases import CasesConfig
-from tedm_cli.config.model import ModelConfig
-from tedm_cli.config.optics_tables import OpticsTables
+from tedm_cli.config.model.file import ModelConfig
+from tedm_cli.config.optics.tables import OpticsTables
 from tedm_cli.errors import ConfigError, InputError
 
 QUICK = settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -26,6 +26,7 @@ PURE_ROOMS = {
     "thermal",
     "view",
     "uncertainty",
+    "columns.py",
     "distortion.py",
     "chain",
     "trade",

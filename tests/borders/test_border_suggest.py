@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from tedm_cli.areas.csv_file import read_area_csv
 from tedm_cli.cli.printing.suggest import _errors
 from tedm_cli.contracts import CASE
-from tedm_cli.figures.model import AreaModel
+from tedm_cli.figures.model.areas import AreaModel
 from tedm_cli.files.store import open_checked
 
 FEW = ("--length-mm", 20, "--length-mm", 500)
@@ -177,7 +177,7 @@ def test_lines_and_figure(chain: Project, tmp_path: Path, monkeypatch: pytest.Mo
         drawn.append((model, title))
         return Figure()
 
-    monkeypatch.setattr("tedm_cli.figures.model.area_figure", empty)
+    monkeypatch.setattr("tedm_cli.figures.model.areas.area_figure", empty)
     figure, curve = tmp_path / "areas.svg", tmp_path / "curve.svg"
     options = ("--count", 30, "--length-mm", 100, "--top", 2, "--figure", figure, "--curve", curve)
     out = chain.run("suggest-areas", *options).ok().out

@@ -14,17 +14,17 @@ from border_tools import Project, edited, tedm, untouched
 
 from tedm_cli.chain.graph import Step, chain_of
 from tedm_cli.config.cases import load_cases
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import load_project
 from tedm_cli.contracts import ADJOINT, CASE, SENSITIVITY, SIMULATION
 from tedm_cli.dynamics.signals import COORDINATES, STRAY
 from tedm_cli.files.build_folder import provenance
 from tedm_cli.files.store import create, open_checked
 from tedm_cli.progress import silent
+from tedm_cli.results.adjoint.within import case_gradients
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
+from tedm_cli.results.cases.file import read_case
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.results.within import case_gradients
 from tedm_cli.stages.chain.project_files import chain_files
 from tedm_cli.stages.common import copy_areas
 from tedm_cli.stages.dynamics.thermal import thermal_rows

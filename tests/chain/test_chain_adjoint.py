@@ -20,8 +20,8 @@ sys.path.append(str(Path(__file__).parents[1] / "borders"))
 from border_tools import Outcome, edited, tedm, untouched
 
 from tedm_cli.adjoint.temperature_field import FieldPoints, area_error
-from tedm_cli.config.model import load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.file import load_model
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import ADJOINT, DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.fem.static import StaticSolution
@@ -34,7 +34,7 @@ from tedm_cli.nastran.structure.deck import read_solver_deck, solver_structure
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.progress import silent
-from tedm_cli.results.adjoint import read_adjoint
+from tedm_cli.results.adjoint.file import read_adjoint
 from tedm_cli.results.unit_loads import mass_of
 from tedm_cli.stages.adjoint.build import build_adjoint
 from tedm_cli.stages.optics.build import build_optics

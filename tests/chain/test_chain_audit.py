@@ -12,7 +12,7 @@ import pytest
 
 from tedm_cli.cli.printing.as_json import json_text
 from tedm_cli.cli.printing.audit import audit_lines, conclusion
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import open_checked

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tedm_cli.cli.printing.gravity import sensitivity_lines
-from tedm_cli.config.compensation import COLUMNS, compensation_masses
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.compensation import COLUMNS, compensation_masses
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.errors import ConfigError, InputError

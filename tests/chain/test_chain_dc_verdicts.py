@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tedm_cli.cli.printing.gravity import sensitivity_lines
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import ConfigError
@@ -17,7 +17,7 @@ from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.progress import silent
-from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.gravity.field import dc_verdicts
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 
 IS = 'IS = { TM1 = ["IS1"], TM2 = ["IS2"] }'

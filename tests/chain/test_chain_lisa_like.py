@@ -14,7 +14,7 @@ import pytest
 from tedm_cli.arrays import FloatArray
 from tedm_cli.cli.printing.contributors import contributor_lines
 from tedm_cli.config.cases import select_cases
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY
 from tedm_cli.files.store import open_checked
@@ -23,8 +23,8 @@ from tedm_cli.optics.chain import OpticsChain, optics_chain
 from tedm_cli.optics.layout import LAYOUT_AXES, Axes, Element, OpticalLayout, Vec3
 from tedm_cli.optics.sensitivity import move_reference_points, optical_sensitivity
 from tedm_cli.progress import silent
+from tedm_cli.results.gravity.self_gravity import read_self_gravity
 from tedm_cli.results.optics import read_bench_motion, read_read_outs
-from tedm_cli.results.self_gravity import read_self_gravity
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.distortion import build_distortion

@@ -13,7 +13,7 @@ from loads_project import with_loads
 
 from tedm_cli.cli.printing.loads import loads_dict, loads_lines
 from tedm_cli.config.loads import load_loads
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.config.trade import CriterionTable
 from tedm_cli.contracts import LOADS, OPTICS, SENSITIVITY, UNIT_LOADS

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from offset_mass import LEVER, with_mass
 
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import PhysicsError

@@ -16,9 +16,9 @@ from tedm_cli.cli.printing.as_json import plain
 from tedm_cli.cli.printing.explained import told_dict, told_lines
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError, UsageError
-from tedm_cli.figures.style import svg
+from tedm_cli.figures.drawing.style import svg
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
+from tedm_cli.results.cases.file import read_case
 from tedm_cli.stages.explain.name import Load, explain_places
 from tedm_cli.stages.reporting.plot import figure_specs
 from tedm_cli.stages.reporting.report import report

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import open_checked

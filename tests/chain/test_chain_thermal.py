@@ -31,7 +31,7 @@ from tedm_cli.report.document import Table
 from tedm_cli.report.evidence import cancels, share_text
 from tedm_cli.report.network_case import network_case_section, network_correlation_section
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
+from tedm_cli.results.cases.file import read_case
 from tedm_cli.results.wording import power_text, ratio_text, rounded_down
 from tedm_cli.stages.chain.project_files import chain_files
 from tedm_cli.stages.noise.case import run_cases

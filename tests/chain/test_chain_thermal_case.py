@@ -14,13 +14,13 @@ from test_chain_thermal import READ_OUT, changed, command, network_case, weights
 
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.project import Project, load_project
-from tedm_cli.config.temperature_tables import temperature_model
+from tedm_cli.config.temperature.tables import temperature_model
 from tedm_cli.contracts import DYNAMICS, SIMULATION
 from tedm_cli.files.store import open_checked
 from tedm_cli.report.dynamics import loop_detail_section
-from tedm_cli.results.dynamics import ClosedLoop, read_closed_loop
+from tedm_cli.results.dynamics.loop import ClosedLoop, read_closed_loop
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.results.thermal_case import thermal_columns
+from tedm_cli.results.thermal.case import thermal_columns
 
 
 def copied(project: Project, folder: Path) -> Project:

@@ -13,8 +13,8 @@ from pyvista import UnstructuredGrid
 from pyvista import read as read_vtk
 
 from tedm_cli.cli.printing.gravity import sensitivity_lines
-from tedm_cli.config.compensation import COLUMNS, compensation_masses
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.compensation import COLUMNS, compensation_masses
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import ConfigError, InputError, PhysicsError

@@ -20,16 +20,16 @@ from border_tools import Outcome, edited, tedm
 
 from tedm_cli.chain.graph import chain_of
 from tedm_cli.config.cases import load_cases
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.config.uncertainty import MeshDeviation
 from tedm_cli.contracts import CASE, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.results.case_file import read_case
-from tedm_cli.results.derivatives import Derivatives
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.adjoint.derivatives import Derivatives
+from tedm_cli.results.cases.file import read_case
+from tedm_cli.results.cases.noise import CaseNoise
 from tedm_cli.stages.adjoint.build import build_adjoint
 from tedm_cli.stages.chain.project_files import chain_files
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity

@@ -21,11 +21,11 @@ from tedm_cli.noise.case_run import run_case
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.temperature import TemperatureModel, WhiteSpectrum
 from tedm_cli.progress import silent
+from tedm_cli.results.adjoint.within import NOT_TOLD, case_gradients, with_gradients
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.case_file import read_case, read_correlation
-from tedm_cli.results.case_temperatures import read_temperatures
+from tedm_cli.results.cases.file import read_case, read_correlation
+from tedm_cli.results.cases.temperatures import read_temperatures
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.results.within import NOT_TOLD, case_gradients, with_gradients
 from tedm_cli.stages.noise.case import run_cases
 
 BODY, ALONE = ["OB_BENCH_MINUS_Y", "OB_BENCH_PLUS_Y"], "STRUT_5"

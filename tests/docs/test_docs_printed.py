@@ -49,7 +49,7 @@ def test_no_table_of_the_configuration_is_left_out() -> None:
         return [t for c in base.__subclasses__() if c.__module__.startswith("tedm_cli.") for t in (c, *below(c))]
 
     left = {t for t in below(Strict) if t not in TABLES and not any(issubclass(other, t) for other in TABLES)}
-    assert {t.__module__ for t in left} <= {"tedm_cli.config.dynamics_problem"}
+    assert {t.__module__ for t in left} <= {"tedm_cli.config.dynamics.problem"}
 
 
 def test_every_key_stands_under_the_heading_of_its_table() -> None:

@@ -10,7 +10,7 @@ from border_tools import Project, untouched
 from border_tools import replace as replace_text
 from dynamics_models import example_plant
 
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import load_project
 from tedm_cli.contracts import DYNAMICS, SIMULATION
 from tedm_cli.dynamics.bodies import x_axes_apart_rad, x_axes_are_parallel
@@ -21,7 +21,7 @@ from tedm_cli.dynamics.signals import COORDINATES, DELTA_G, INPUTS, OUTPUTS
 from tedm_cli.errors import PhysicsError
 from tedm_cli.files.store import open_checked
 from tedm_cli.parallel_axes import PARALLEL_RAD
-from tedm_cli.results.no_loop import why_no_loop
+from tedm_cli.results.dynamics.no_loop import why_no_loop
 from tedm_cli.stages.dynamics import thermal
 
 HERE = np.array([1e-3, 1e-2])

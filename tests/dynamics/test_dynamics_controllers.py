@@ -12,7 +12,7 @@ import scipy.io
 from dynamics_models import askew_plant, controlled, example_plant
 from scipy import linalg, signal
 
-from tedm_cli.config.controller_file import read_controller
+from tedm_cli.config.dynamics.controller_file import read_controller
 from tedm_cli.dynamics import stability as stability_room
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft, check_inertia
 from tedm_cli.dynamics.closed_loop import responses

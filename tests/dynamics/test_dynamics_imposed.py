@@ -13,7 +13,7 @@ from tedm_cli.contracts import IMPOSED
 from tedm_cli.dynamics.imposed import MovedTestMass, of_model, published
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.field import OTHER_TEST_MASS, SOURCES
-from tedm_cli.results.imposed import read_imposed
+from tedm_cli.results.dynamics.imposed import read_imposed
 
 
 def test_numbers_of_the_thesis() -> None:

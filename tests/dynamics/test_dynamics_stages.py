@@ -16,7 +16,7 @@ from tedm_cli.contracts import DYNAMICS, SIMULATION
 from tedm_cli.dynamics.controller import LOOPS
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS, OUTPUTS
 from tedm_cli.files.store import open_checked
-from tedm_cli.results.dynamics import read_simulation
+from tedm_cli.results.dynamics.loop import read_simulation
 
 LPF_TOTALS = [1.9e-6, 2.8e-6, 4.7e-6, 5.5e-6, 5.3e-6, 4.0e-6]
 

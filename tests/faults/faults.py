@@ -35,7 +35,7 @@ COMMANDS = (
     "build-loads", "write-deck --adjoint", "write-deck --loads", "run-case 3", "run-series warm", "build-dynamics",
     "simulate 3", "build-thermal", "balance", "reduce --interface 850001 --part 800101", "export --format npz",
     "export-case 3 --format csv", "export-vtu", "view", "map-temperatures tau.csv -o grids.h5",
-    "simulate-thermal --duration 2e6 -o nodes.h5",
+    "simulate-thermal --duration 2e6 -o nodes.h5", "build-sensitivity --partial unit_loads.op2", "merge -o merged",
 )  # fmt: skip
 NO_CONFIG = ("export", "export-case", "export-vtu")
 SIZES = (0.02, 0.5, 0.999)  # of the largest file of a command: there the disk is full
@@ -111,7 +111,9 @@ class Chain:
         self.sound = self.snapshot()
 
     def act(self, command: str) -> None:
-        name, *words = [str(self.folder / w) if w.endswith((".csv", ".h5")) else w for w in command.split()]
+        name, *words = [
+            str(self.folder / w) if w.endswith((".csv", ".h5", ".op2", "merged")) else w for w in command.split()
+        ]
         project = [] if name in NO_CONFIG else ["-c", str(self.folder / "tedm.toml")]
         sys.argv = ["tedm", name, *words, *project, "-d", str(self.build), "-q"]
         try:

@@ -58,5 +58,5 @@ def test_what_a_command_says_and_how_it_ends(chain: Chain) -> None:
     with mock.patch.object(store, "create", side_effect=SystemExit(3)):
         assert in_process(lambda: store.create(Path(), None, None)).code == 3  # type: ignore[arg-type]
     assert set(SHORT) < set(COMMANDS)
-    assert len(COMMANDS) == 23
+    assert len(COMMANDS) == 25
     assert len(faults.SIZES) == 3

@@ -50,6 +50,7 @@ MADE = {
     "balance.h5": ["balance"],
     "loads.h5": ["build-loads"],
     "temperatures.h5": ["map-temperatures", "tau.csv", "-o", "build/temperatures.h5"],
+    "partial_unit_loads.h5": ["build-sensitivity", "--partial", "unit_loads.op2"],
 }
 #: By file: the commands that read it.
 READERS: dict[str, tuple[str, ...]] = {
@@ -75,6 +76,7 @@ READERS: dict[str, tuple[str, ...]] = {
     "loads.h5": ("show loads.h5",),
     "temperatures.h5": ("show temperatures.h5",),
     "trade.h5": ("show trade.h5",),
+    "partial_unit_loads.h5": ("merge", "show partial_unit_loads.h5"),
 }
 NO_CONFIG = ("show", "export-case")
 #: What HDF5 writes into [D] it writes into the file that this is a view of, which then no longer fits its seal.
@@ -241,7 +243,9 @@ def _kind(path: Path) -> str:
 
 def _output(command: str) -> str:
     """Where a command writes: a folder, a page, or an HDF5 file."""
-    return {"export-case": "csv", "export-state-space": "csv", "view": "view.html"}.get(command, "made.h5")
+    return {"export-case": "csv", "export-state-space": "csv", "view": "view.html", "merge": "merged"}.get(
+        command, "made.h5"
+    )
 
 
 def _spread(main: object) -> str:

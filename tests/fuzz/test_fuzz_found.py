@@ -15,7 +15,7 @@ from fuzz_model import Case
 
 from tedm_cli.cli.printing.dynamics import dynamics_lines
 from tedm_cli.config.base import validate
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.contracts import DISTORTION
 from tedm_cli.distortion import ROUNDING, superposition_excess

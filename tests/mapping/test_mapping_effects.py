@@ -14,7 +14,7 @@ from strut_model import LOWER, UPPER, deck, define, project
 from tedm_cli.config.thermal.file import load_thermal
 from tedm_cli.config.thermal.map import MapTable
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.results.adjoint_temperatures import TemperatureEffects
+from tedm_cli.results.adjoint.temperatures import TemperatureEffects
 from tedm_cli.stages.thermal.map import on_grids, sensitivity
 from tedm_cli.stages.thermal.map_build import Mapping, build_map
 from tedm_cli.stages.thermal.map_model import FiniteElements, finite_elements

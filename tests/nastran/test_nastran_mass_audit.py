@@ -14,7 +14,7 @@ from mass_decks import deck, read
 from op2_records import HEADER, join, records
 
 from tedm_cli.config.base import validate
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.deck_units import DeckUnits
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.gravity.mass_properties import MassProperties

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tedm_cli.config.cases import CasesConfig, load_cases
-from tedm_cli.config.temperature_spectrum import SpectrumColumns
+from tedm_cli.config.temperature.spectrum import SpectrumColumns
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.bounds import BOUNDS, correlation_bounds, extremal_matrix

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tedm_cli.config.node_weights import read_node_weights
+from tedm_cli.config.temperature.node_weights import read_node_weights
 from tedm_cli.errors import InputError
 from tedm_cli.noise.columns import NodeWeights, columns_of_areas, part_words, parts_of_columns
 from tedm_cli.noise.requirement_presets import PRESETS

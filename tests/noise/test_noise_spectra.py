@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tedm_cli.config.base import validate
-from tedm_cli.config.temperature import TemperatureTable
-from tedm_cli.config.temperature_spectrum import SpectrumColumns
+from tedm_cli.config.temperature.noise import TemperatureTable
+from tedm_cli.config.temperature.spectrum import SpectrumColumns
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.temperature import FlightSpectrum, ShapedSpectrum, TabulatedSpectrum, TemperatureModel
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import optical_sensitivity
 

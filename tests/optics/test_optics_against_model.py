@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.layout_against_model import Differences, compare_test_masses
+from tedm_cli.config.optics.against_model import Differences, compare_test_masses
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.levers import Levers, long_levers

@@ -11,7 +11,7 @@ from random_layouts import axis_rows, random_layout, vector
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.errors import ConfigError
 from tedm_cli.optics.benches import benches
 from tedm_cli.optics.chain import OpticsChain, optics_chain

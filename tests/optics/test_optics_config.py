@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
 from tedm_cli.config.base import OrthonormalAxes, validate
-from tedm_cli.config.optics import load_layout
-from tedm_cli.config.optics_tables import FrameTable
+from tedm_cli.config.optics.layout import load_layout
+from tedm_cli.config.optics.tables import FrameTable
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.optics.layout import MassExpansion, OpticalLayout, Recombination
 from tedm_cli.optics.layout_checks import check_layout, failures

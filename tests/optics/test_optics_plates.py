@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.law import law_matrix

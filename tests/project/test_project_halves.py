@@ -120,6 +120,8 @@ def halves(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Half]:
                 project.run(command, *{"run-case": ("3",), "run-series": ("warm",)}.get(command, ())).ok()
             if command == "plot":
                 (project.build / "figures.stamp").touch()
+        if half == GRAVITY:
+            project.run("build-sensitivity", "--partial", project.folder / "unit_loads.op2").ok()
         found[half] = Half(project.folder, tuple(commands))
     return found
 
@@ -149,7 +151,7 @@ def test_make_and_run_build_what_there_is(halves: dict[str, Half], half: str, tm
     fresh = tedm("run", "-n", *halves[half].arguments[:2], "-d", tmp_path).ok().out.splitlines()[1:-1]
     assert sorted(line.split()[0] for line in fresh) == sorted({*halves[half].commands} - {"make-rules"})
     files = {path.name for path in halves[half].build.glob("*.h5")}
-    own = {GRAVITY: ("sensitivity.h5", "adjoint.h5"), READ_OUT: ("optics.h5",)}[half]
+    own = {GRAVITY: ("sensitivity.h5", "adjoint.h5", "partial_unit_loads.h5"), READ_OUT: ("optics.h5",)}[half]
     assert files == {"unit_loads.h5", "distortion.h5", *own, "case03.h5", "series_warm.h5"}
 
 
@@ -216,6 +218,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
         for name in ("ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint")
     },
     "build-loads": ("-o", "{out}/file.h5"),
+    "merge": ("-o", "{out}"),
     "reduce": ("--interface", "850001", "--part", "800101", "-o", "{out}/part.op4"),
     "areas": (),
     "write-deck": ("-o", "{out}/deck.bdf"),
@@ -266,6 +269,7 @@ REFUSED = {
     | dict.fromkeys(
         (
             "build-sensitivity",
+            "merge",
             "audit-mesh",
             "self-gravity",
             "accuracy",

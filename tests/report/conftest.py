@@ -17,9 +17,9 @@ from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
-from tedm_cli.results.field import dc_verdicts
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.cases.file import read_case
+from tedm_cli.results.cases.noise import CaseNoise
+from tedm_cli.results.gravity.field import dc_verdicts
 from tedm_cli.stages.reporting.plot import figure_specs, plot
 
 

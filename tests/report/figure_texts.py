@@ -16,8 +16,8 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from tedm_cli.figures.spec import PAGE_HEIGHT, PAGE_WIDTH
-from tedm_cli.figures.style import SMALL, style
+from tedm_cli.figures.drawing.spec import PAGE_HEIGHT, PAGE_WIDTH
+from tedm_cli.figures.drawing.style import SMALL, style
 
 
 def drawn(figure: Figure) -> Figure:

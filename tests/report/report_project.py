@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from tedm_cli.config.base import read_toml
 from tedm_cli.config.cases import select_cases
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, FileKind
 from tedm_cli.contracts.spec import Values
-from tedm_cli.figures.style import style, svg
+from tedm_cli.figures.drawing.style import style, svg
 from tedm_cli.files.provenance import Provenance, input_files
 from tedm_cli.files.store import create
 from tedm_cli.gravity.requirement_presets import lpf_limits
@@ -27,7 +27,7 @@ from tedm_cli.optics.plates import PlateEffect, plate_sensitivity
 from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
+from tedm_cli.results.cases.file import read_case
 from tedm_cli.stages.dynamics.build import build_dynamics
 from tedm_cli.stages.dynamics.simulate import simulate
 from tedm_cli.stages.noise.case import run_cases

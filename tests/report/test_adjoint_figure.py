@@ -11,8 +11,8 @@ from figure_texts import drawn
 from matplotlib.figure import Figure
 from test_figures_legible import faults
 
-from tedm_cli.figures.adjoint_map import MapViews, adjoint_figure
-from tedm_cli.figures.model_views import Mesh
+from tedm_cli.figures.model.adjoint_map import MapViews, adjoint_figure
+from tedm_cli.figures.model.views import Mesh
 
 sys.path.append(str(Path(__file__).parents[1] / "fem"))
 

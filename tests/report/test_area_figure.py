@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tedm_cli.figures.colours import LEFT_OUT, area_colours
-from tedm_cli.figures.raster import BACKGROUND, Raster, outlines, rasterise
+from tedm_cli.figures.drawing.colours import LEFT_OUT, area_colours
+from tedm_cli.figures.drawing.raster import BACKGROUND, Raster, outlines, rasterise
 
 W, H = 60, 40
 # Simulated deuteranopia in linear RGB (Machado, Oliveira and Fernandes 2009, severity 1).

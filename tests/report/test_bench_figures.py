@@ -16,18 +16,27 @@ from matplotlib.patches import PathPatch, Polygon
 from report_project import LAYOUT
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
-from tedm_cli.figures.area_maps import noise_map
-from tedm_cli.figures.bench import GHOST, INK, SHARED, bench_figure, exaggerated_figure, factor_text, length_text, tint
-from tedm_cli.figures.bench_shapes import interferometers, outline
-from tedm_cli.figures.cells import signed_colours
-from tedm_cli.figures.labels import crossing
-from tedm_cli.figures.matrix import sensitivity_map
-from tedm_cli.figures.pages import NUMBER, map_pages, without_twins
-from tedm_cli.figures.shares import ReadOutShares, shares_figure
-from tedm_cli.figures.style import COLOURS
+from tedm_cli.figures.drawing.cells import signed_colours
+from tedm_cli.figures.drawing.labels import crossing
+from tedm_cli.figures.drawing.pages import NUMBER, map_pages, without_twins
+from tedm_cli.figures.drawing.style import COLOURS
+from tedm_cli.figures.model.area_maps import noise_map
+from tedm_cli.figures.optics.bench import (
+    GHOST,
+    INK,
+    SHARED,
+    bench_figure,
+    exaggerated_figure,
+    factor_text,
+    length_text,
+    tint,
+)
+from tedm_cli.figures.optics.bench_shapes import interferometers, outline
+from tedm_cli.figures.optics.matrix import sensitivity_map
+from tedm_cli.figures.optics.shares import ReadOutShares, shares_figure
 from tedm_cli.optics.bodies import body
 from tedm_cli.optics.exaggerated import ExaggeratedBench, exaggerated_bench, traced_bench
 from tedm_cli.optics.invariances import scaled_matrix

@@ -11,10 +11,10 @@ import pytest
 from matplotlib.figure import Figure
 from report_project import CASES, field_at_rest, make_project
 
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
+from tedm_cli.results.cases.file import read_case
 from tedm_cli.stages.noise.series import run_series
 from tedm_cli.stages.reporting.plot import figure_specs
 

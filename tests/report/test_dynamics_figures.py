@@ -14,11 +14,11 @@ from matplotlib.patches import Circle
 
 from tedm_cli.config.project import Project
 from tedm_cli.dynamics.controller import LOOPS
+from tedm_cli.figures.drawing.spec import FigureSpec
+from tedm_cli.figures.drawing.style import style
 from tedm_cli.figures.dynamics import budget_figure, loops_figure, thermal_figure
-from tedm_cli.figures.spec import FigureSpec
-from tedm_cli.figures.style import style
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.dynamics import AT_READ_OUTS, ClosedLoop, LoopOutput, SimulatedCase, read_closed_loop
+from tedm_cli.results.dynamics.loop import AT_READ_OUTS, ClosedLoop, LoopOutput, SimulatedCase, read_closed_loop
 from tedm_cli.stages.reporting.plot_dynamics import budget_words, dynamics_specs, loop_words
 
 

@@ -11,14 +11,14 @@ from report_project import CASES, make_project, sketch
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import SIMULATED_SERIES, SIMULATION
 from tedm_cli.errors import InputError
+from tedm_cli.figures.cases.series import series_figure
+from tedm_cli.figures.drawing.style import style
 from tedm_cli.figures.dynamics_in_time import realisation_figure
-from tedm_cli.figures.series import series_figure
-from tedm_cli.figures.style import style
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.dynamics_in_time import read_realised, read_simulated_series
+from tedm_cli.results.dynamics.in_time import read_realised, read_simulated_series
 from tedm_cli.results.wording import ratio_text
 from tedm_cli.stages.dynamics.build import build_dynamics
 from tedm_cli.stages.dynamics.series import simulate_series

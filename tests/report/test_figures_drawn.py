@@ -18,20 +18,20 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from tedm_cli.config.project import Project
-from tedm_cli.figures.area_maps import map_figure
-from tedm_cli.figures.cells import size_colours
-from tedm_cli.figures.contributors import contributors_figure
-from tedm_cli.figures.overlay import overlay_figure
-from tedm_cli.figures.pages import CELL, MapPage, map_pages
-from tedm_cli.figures.spectra import case_figure
-from tedm_cli.figures.style import style, svg
+from tedm_cli.figures.cases.contributors import contributors_figure
+from tedm_cli.figures.cases.overlay import overlay_figure
+from tedm_cli.figures.cases.spectra import case_figure
+from tedm_cli.figures.drawing.cells import size_colours
+from tedm_cli.figures.drawing.pages import CELL, MapPage, map_pages
+from tedm_cli.figures.drawing.style import style, svg
+from tedm_cli.figures.model.area_maps import map_figure
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.flight_results import flight_results
 from tedm_cli.report.inline import figure_sources
 from tedm_cli.results.areas import AreaMap
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.deciding import worth_showing
-from tedm_cli.results.noise import CaseNoise, kinds_of
+from tedm_cli.results.cases.deciding import worth_showing
+from tedm_cli.results.cases.noise import CaseNoise, kinds_of
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.wording import ratio_text, unit_text
 from tedm_cli.stages.reporting.plot import figure_specs
@@ -295,7 +295,7 @@ def test_sources_can_be_read_back(cases: list[CaseNoise]) -> None:
 
 def test_pyplot_stays_out() -> None:
     code = (
-        "import sys; import tedm_cli.figures.spectra, tedm_cli.figures.area_maps;"
+        "import sys; import tedm_cli.figures.cases.spectra, tedm_cli.figures.model.area_maps;"
         " sys.exit('matplotlib.pyplot' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

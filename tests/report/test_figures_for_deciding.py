@@ -14,19 +14,19 @@ from matplotlib.figure import Figure
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, SENSITIVITY
 from tedm_cli.figures.at_rest import at_rest_figure
-from tedm_cli.figures.certainty import certainty_figure
-from tedm_cli.figures.contributors import contributors_figure
-from tedm_cli.figures.improvement import improvement_figure
-from tedm_cli.figures.labels import apart
-from tedm_cli.figures.overlay import overlay_figure
-from tedm_cli.figures.small_multiples import cases_figure
-from tedm_cli.figures.spectra import case_figure
-from tedm_cli.figures.style import SMALL, pdf, style
+from tedm_cli.figures.cases.certainty import certainty_figure
+from tedm_cli.figures.cases.contributors import contributors_figure
+from tedm_cli.figures.cases.improvement import improvement_figure
+from tedm_cli.figures.cases.overlay import overlay_figure
+from tedm_cli.figures.cases.small_multiples import cases_figure
+from tedm_cli.figures.cases.spectra import case_figure
+from tedm_cli.figures.drawing.labels import apart
+from tedm_cli.figures.drawing.style import SMALL, pdf, style
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.results.deciding import worth_showing
-from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.cases.deciding import worth_showing
+from tedm_cli.results.cases.noise import CaseNoise, JudgedOutput
 
 KINDS = ("acceleration", "displacement")
 

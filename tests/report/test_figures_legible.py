@@ -12,22 +12,22 @@ from figure_texts import drawn, faults
 from matplotlib.figure import Figure
 
 from tedm_cli.config.project import Project
-from tedm_cli.figures.area_maps import map_figure, noise_map
 from tedm_cli.figures.at_rest import at_rest_figure
-from tedm_cli.figures.cells import signed_colours
-from tedm_cli.figures.fit import text_width, wrapped
-from tedm_cli.figures.overlay import overlay_figure
-from tedm_cli.figures.pages import CELL, NUMBER, line_count, map_pages, without_twins
-from tedm_cli.figures.shares import ReadOutShares, shares_figure
-from tedm_cli.figures.small_multiples import cases_figure
-from tedm_cli.figures.spec import PAGE_HEIGHT, PAGE_WIDTH
-from tedm_cli.figures.spectra import case_figure
-from tedm_cli.figures.style import DASHES, KEY, SMALL
+from tedm_cli.figures.cases.overlay import overlay_figure
+from tedm_cli.figures.cases.small_multiples import cases_figure
+from tedm_cli.figures.cases.spectra import case_figure
+from tedm_cli.figures.drawing.cells import signed_colours
+from tedm_cli.figures.drawing.fit import text_width, wrapped
+from tedm_cli.figures.drawing.pages import CELL, NUMBER, line_count, map_pages, without_twins
+from tedm_cli.figures.drawing.spec import PAGE_HEIGHT, PAGE_WIDTH
+from tedm_cli.figures.drawing.style import DASHES, KEY, SMALL
+from tedm_cli.figures.model.area_maps import map_figure, noise_map
+from tedm_cli.figures.optics.shares import ReadOutShares, shares_figure
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.pdf import _width_pt
 from tedm_cli.results.areas import AreaMap
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.cases.noise import CaseNoise
 from tedm_cli.results.titles import outputs_title
 
 LEAST_PT = 6.8  # on the page

@@ -11,7 +11,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
 from tedm_cli.files.seal import seal
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.imposed import read_imposed
+from tedm_cli.results.dynamics.imposed import read_imposed
 from tedm_cli.stages.dynamics.imposed import imposed_motion
 from tedm_cli.stages.reporting.plot_imposed import imposed_specs
 from tedm_cli.stages.reporting.show import show_dict

@@ -9,8 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from tedm_cli.figures import minor_ticks
-from tedm_cli.figures.style import style
+from tedm_cli.figures.drawing import minor_ticks
+from tedm_cli.figures.drawing.style import style
 
 # Grid lines of the two axes cross in another order: the greys of _look, one over the other.
 CROSSING = 30

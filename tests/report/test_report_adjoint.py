@@ -13,7 +13,7 @@ from tedm_cli.contracts import ADJOINT, SENSITIVITY
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import provenance
 from tedm_cli.files.store import create, open_checked
-from tedm_cli.results.adjoint import AdjointResults, read_adjoint
+from tedm_cli.results.adjoint.file import AdjointResults, read_adjoint
 from tedm_cli.stages.common import copy_areas
 from tedm_cli.stages.reporting.report import report
 

@@ -19,8 +19,8 @@ from tedm_cli.report.proof import at_rest_section
 from tedm_cli.report.remedy import remedy_section
 from tedm_cli.report.summary import verdict_sentence
 from tedm_cli.report.verdicts import noise_judgements, worst_first
-from tedm_cli.results.deciding import deciding, deciding_pairs, without_repeats
-from tedm_cli.results.noise import SILENCED, WAYS, CaseNoise, JudgedOutput, Limit, NamedImprovement
+from tedm_cli.results.cases.deciding import deciding, deciding_pairs, without_repeats
+from tedm_cli.results.cases.noise import SILENCED, WAYS, CaseNoise, JudgedOutput, Limit, NamedImprovement
 
 AREAS = AreaTable(
     name=np.array(["S1", "S2", "B1"]),

@@ -13,7 +13,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.report.document import Block, Folded, Paragraph, Section, Table, plain
 from tedm_cli.report.dynamics import closed_loop_section, closed_loop_words, loop_detail_section
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.dynamics import AT_READ_OUTS, ClosedLoop, LoopOutput, SimulatedCase, read_closed_loop
+from tedm_cli.results.dynamics.loop import AT_READ_OUTS, ClosedLoop, LoopOutput, SimulatedCase, read_closed_loop
 from tedm_cli.results.titles import output_title, requirement_title
 from tedm_cli.results.wording import capital, percent, ratio_text
 from tedm_cli.stages.chain.check import check_folder

@@ -13,7 +13,7 @@ from pypdfium2 import PdfDocument
 
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
-from tedm_cli.figures.fonts import font_folder
+from tedm_cli.figures.drawing.fonts import font_folder
 from tedm_cli.report.document import (
     Cell,
     Columns,

@@ -20,8 +20,8 @@ from tedm_cli.report.optics import optics_section
 from tedm_cli.report.proof import binding_section
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
-from tedm_cli.results.field import FieldAtRest, read_field
+from tedm_cli.results.cases.file import read_case
+from tedm_cli.results.gravity.field import FieldAtRest, read_field
 from tedm_cli.results.optics import read_optics
 from tedm_cli.stages.reporting.plot_optics import optics_specs
 from tedm_cli.stages.reporting.report import report

@@ -12,7 +12,7 @@ from report_project import CASES, close_loop, make_project, sketch
 
 from tedm_cli.cli.printing.explain import explain_dict, explain_lines
 from tedm_cli.config.cases import load_cases
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.contracts import SERIES as SERIES_FILE
@@ -20,10 +20,10 @@ from tedm_cli.errors import InputError
 from tedm_cli.exports.case import case_matrices
 from tedm_cli.exports.closed_loop import closed_loop_matrices
 from tedm_cli.exports.tables import TABLES
-from tedm_cli.figures.area_maps import map_figure
-from tedm_cli.figures.improvement import improvement_figure
-from tedm_cli.figures.pages import map_pages
-from tedm_cli.figures.spectra import temperature_figure
+from tedm_cli.figures.cases.improvement import improvement_figure
+from tedm_cli.figures.cases.spectra import temperature_figure
+from tedm_cli.figures.drawing.pages import map_pages
+from tedm_cli.figures.model.area_maps import map_figure
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.bounds import BOUNDS
 from tedm_cli.noise.correlation import correlation
@@ -33,11 +33,11 @@ from tedm_cli.optics.layout import MassExpansion
 from tedm_cli.progress import silent
 from tedm_cli.results.areas import maps_by_kind, read_areas
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
-from tedm_cli.results.case_temperatures import read_temperature
+from tedm_cli.results.cases.file import read_case
+from tedm_cli.results.cases.temperatures import read_temperature
+from tedm_cli.results.gravity.self_gravity import gravity_maps
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.unit_loads import area_of_elements, area_of_grids
 from tedm_cli.results.wording import sci
 from tedm_cli.stages.explain.read_outs import explain

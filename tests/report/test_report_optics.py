@@ -12,7 +12,7 @@ from report_project import ODD, write_matrices
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import InputError
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results

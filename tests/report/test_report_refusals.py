@@ -12,12 +12,12 @@ from report_project import close_loop, write_matrices
 
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
-from tedm_cli.figures.fonts import font_folder
+from tedm_cli.figures.drawing.fonts import font_folder
 from tedm_cli.progress import silent
 from tedm_cli.report.document import Document, Figure, Section
 from tedm_cli.report.pdf import to_pdf
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.dynamics import read_simulation
+from tedm_cli.results.dynamics.loop import read_simulation
 from tedm_cli.stages.dynamics.build import build_dynamics
 from tedm_cli.stages.dynamics.simulate import simulate
 from tedm_cli.stages.noise.case import run_cases

@@ -8,7 +8,7 @@ import pytest
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.dynamics.signals import OUTPUTS
 from tedm_cli.noise.requirement_presets import PRESETS
-from tedm_cli.results.case_file import block_name
+from tedm_cli.results.cases.file import block_name
 from tedm_cli.results.titles import at_rest_title, by_subsystem, output_title, requirement_title, subsystem_label
 from tedm_cli.results.wording import clause, decimals, number_word
 

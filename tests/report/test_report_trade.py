@@ -21,7 +21,7 @@ from tedm_cli.contracts.trade import GOALS
 from tedm_cli.figures.parallel import parallel_figure, scale_of
 from tedm_cli.files.provenance import Provenance, input_files
 from tedm_cli.files.store import create, open_checked
-from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.gravity.field import dc_verdicts
 from tedm_cli.results.trade import Cell, Trade, TradedCriterion, TradedVariant, compared, read_trade, write_trade
 from tedm_cli.stages.trade.criteria import Measured, commands, measured
 from tedm_cli.stages.trade.found import LacksError, VariantResults

@@ -40,10 +40,10 @@ from tedm_cli.report.numbering import numbered
 from tedm_cli.report.remedy import remedy_section
 from tedm_cli.report.verdicts import noise_judgements, worst_first
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
-from tedm_cli.results.deciding import deciding
-from tedm_cli.results.dynamics import ClosedLoop, read_closed_loop
-from tedm_cli.results.noise import WAYS, CaseNoise
+from tedm_cli.results.cases.deciding import deciding
+from tedm_cli.results.cases.file import read_case
+from tedm_cli.results.cases.noise import WAYS, CaseNoise
+from tedm_cli.results.dynamics.loop import ClosedLoop, read_closed_loop
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, clause, ratio_text, rounded_down
 from tedm_cli.stages.noise.case import run_cases

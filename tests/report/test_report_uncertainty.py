@@ -10,14 +10,14 @@ import pytest
 from matplotlib.axes import Axes
 from test_report_decision import LOOP, PASSED_DC, case, judged, sentence
 
-from tedm_cli.figures.chances import chances_figure
+from tedm_cli.figures.cases.chances import chances_figure
 from tedm_cli.report.decision import cards_section, how_sure
 from tedm_cli.report.document import Paragraph, Table, VerdictCard, plain
 from tedm_cli.report.summary import summary_section
 from tedm_cli.report.uncertain import uncertainty_facts, uncertainty_section
-from tedm_cli.results.chances import distribution_of, largest_sources
-from tedm_cli.results.deciding import deciding_pairs, without_repeats
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.cases.chances import distribution_of, largest_sources
+from tedm_cli.results.cases.deciding import deciding_pairs, without_repeats
+from tedm_cli.results.cases.noise import CaseNoise
 from tedm_cli.uncertainty.parameters import Parameter, Parameters
 from tedm_cli.uncertainty.verdicts import PROBABILITIES, CaseUncertainty, Chance, Distribution, Draws, MeshComparison
 

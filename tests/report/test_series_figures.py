@@ -13,15 +13,15 @@ from report_project import CASES, make_project, sketch
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, SERIES
 from tedm_cli.errors import InputError
-from tedm_cli.figures.series import series_figure
-from tedm_cli.figures.spectra import case_figure
+from tedm_cli.figures.cases.series import series_figure
+from tedm_cli.figures.cases.spectra import case_figure
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case
-from tedm_cli.results.noise import Spectrum
-from tedm_cli.results.series import MOST_PIECES, piece_starts, read_series, thinned
+from tedm_cli.results.cases.file import read_case
+from tedm_cli.results.cases.noise import Spectrum
+from tedm_cli.results.cases.series import MOST_PIECES, piece_starts, read_series, thinned
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import capital, ratio_text
 from tedm_cli.stages.noise.case import run_cases

@@ -11,17 +11,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from tedm_cli.arrays import ComplexArray
-from tedm_cli.figures.disturbances import shares_figure, spectra_figure, stability_figure
-from tedm_cli.figures.model_views import Mesh
-from tedm_cli.figures.steady_temperatures import temperatures_figure
-from tedm_cli.figures.temperature_map import _of_elements
-from tedm_cli.figures.thermal_gains import gains_figure
-from tedm_cli.figures.thermal_low_passes import low_passes_figure
+from tedm_cli.figures.model.temperature_map import _of_elements
+from tedm_cli.figures.model.views import Mesh
+from tedm_cli.figures.thermal.disturbances import shares_figure, spectra_figure, stability_figure
+from tedm_cli.figures.thermal.gains import gains_figure
+from tedm_cli.figures.thermal.low_passes import low_passes_figure
+from tedm_cli.figures.thermal.steady_temperatures import temperatures_figure
 from tedm_cli.report.document import plain
 from tedm_cli.report.thermal import _low_pass_words, stability_words
-from tedm_cli.results.disturbances import all_together, strictest_of
-from tedm_cli.results.noise import CaseNoise, JudgedDisturbances
-from tedm_cli.results.thermal_groups import GroupGains, GroupTemperatures
+from tedm_cli.results.cases.noise import CaseNoise, JudgedDisturbances
+from tedm_cli.results.thermal.disturbances import all_together, strictest_of
+from tedm_cli.results.thermal.groups import GroupGains, GroupTemperatures
 from tedm_cli.results.wording import rounded_down
 from tedm_cli.stages.reporting.plot_thermal import GAINS, LOW_PASSES
 from tedm_cli.thermal.low_pass import fitted, low_pass_shape

@@ -150,13 +150,13 @@ def test_ingest_takes_the_precision_that_its_numbers_need(
     """1.1 stands for turned frames or a solver that writes double precision."""
     kept: list[np.ndarray] = []
 
-    def motions(*args: Any) -> Iterator[tuple[UnitLoad, np.ndarray, np.ndarray]]:
+    def motions(*args: Any, **options: Any) -> Iterator[tuple[UnitLoad, np.ndarray, np.ndarray]]:
         kept.clear()
-        for load, t, r in unit_load_displacements(*args):
+        for load, t, r in unit_load_displacements(*args, **options):
             kept.append(factor * t)
             yield load, factor * t, factor * r
 
-    monkeypatch.setattr("tedm_cli.stages.model.ingest.unit_load_displacements", motions)
+    monkeypatch.setattr("tedm_cli.stages.model.read.unit_load_displacements", motions)
     ingest(load_project(SMALL / "tedm.toml", tmp_path), None, silent)
     with h5py.File(tmp_path / "unit_loads.h5") as file:
         assert file["translation"].dtype == dtype

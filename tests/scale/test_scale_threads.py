@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks import synthetic
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.structure import structure_gravity

@@ -15,15 +15,15 @@ from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.contracts import THERMAL
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.results import thermal_groups
-from tedm_cli.results.thermal_groups import (
+from tedm_cli.results.thermal import groups as thermal_groups
+from tedm_cli.results.thermal.groups import (
     GroupGains,
     has_mapped_temperatures,
     read_group_gains,
     read_group_temperatures,
     read_off_model,
 )
-from tedm_cli.results.thermal_network import read_thermal_network
+from tedm_cli.results.thermal.network import read_thermal_network
 from tedm_cli.thermal.low_pass import fitted
 from tedm_cli.thermal.transfer import transfer
 

@@ -14,9 +14,9 @@ from trade_project import Bricks
 
 from tedm_cli.config.base import Form
 from tedm_cli.config.cases import load_cases
-from tedm_cli.config.dynamics import load_dynamics
+from tedm_cli.config.dynamics.loop import load_dynamics
 from tedm_cli.config.loads import load_loads
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.overlay import FILES, overlay
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.config.reference import tables

@@ -8,7 +8,7 @@ import pytest
 
 from tedm_cli.config.base import validate
 from tedm_cli.config.cases import load_cases
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.uncertainty import CasesUncertainty, ModelUncertainty
 from tedm_cli.errors import ConfigError
 

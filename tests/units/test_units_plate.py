@@ -17,7 +17,7 @@ from plate_instrument import TRACKED, TURNED, Instrument, Place, Units, write_pr
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.cli.printing.ingest import unit_lines
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.deck_units import SI
 from tedm_cli.fem.static import StaticSolution

@@ -15,7 +15,7 @@ from tedm_cli.config.cases import load_cases
 from tedm_cli.contracts import CASE, DISTORTION, UNIT_LOADS
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import open_checked
-from tedm_cli.results.case_file import read_bound, read_case, read_psd
+from tedm_cli.results.cases.file import read_bound, read_case, read_psd
 from tedm_cli.results.outputs import read_outputs
 from tedm_cli.view.packing import numbers, places, quantised, steps
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from view_project import ROOT
 
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.fem.surface import Surface, outer_surface
 from tedm_cli.optics.bodies import body
 from tedm_cli.optics.exaggerated import motion_of_elements, traced_bench

@@ -10,7 +10,7 @@ import numpy as np
 from tedm_cli.cli.printing.table import table
 
 if TYPE_CHECKING:
-    from tedm_cli.results.adjoint import AdjointResults
+    from tedm_cli.results.adjoint.file import AdjointResults
     from tedm_cli.stages.adjoint.build import AdjointSummary
     from tedm_cli.stages.adjoint.deck import AdjointDeckSummary
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tedm_cli.cli.printing.table import table
-from tedm_cli.results.field import place_text
+from tedm_cli.results.gravity.field import place_text
 from tedm_cli.results.wording import and_text, count, ratio_text
 
 if TYPE_CHECKING:
     from tedm_cli.arrays import FloatArray
     from tedm_cli.gravity.requirements import DcVerdict
-    from tedm_cli.results.balance import BalanceResults
+    from tedm_cli.results.gravity.balance import BalanceResults
     from tedm_cli.stages.balance.balance import BalanceSummary
     from tedm_cli.stages.balance.retrim import RetrimSummary
 

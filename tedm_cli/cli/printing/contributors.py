@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.noise.disturbances import DisturbanceContributions
     from tedm_cli.noise.requirements import Verdict
-    from tedm_cli.results.network_comparison import Comparison
+    from tedm_cli.results.thermal.comparison import Comparison
 
 
 def sensitivity_table(results: Sequence[CaseResult]) -> list[str]:

@@ -12,7 +12,7 @@ from tedm_cli.cli.printing.series import series_dict, series_lines
 from tedm_cli.cli.printing.table import table
 from tedm_cli.cli.printing.titles import legend_lines
 from tedm_cli.dynamics.signals import unit
-from tedm_cli.results.deciding import deciding
+from tedm_cli.results.cases.deciding import deciding
 from tedm_cli.results.wording import and_text, ratio_text, rounded_down
 
 if TYPE_CHECKING:

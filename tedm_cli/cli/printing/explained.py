@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from tedm_cli.cli.printing.table import table
-from tedm_cli.results.chances import probability_text
+from tedm_cli.results.cases.chances import probability_text
 from tedm_cli.results.explained import Cell, Column, Table, Told
 from tedm_cli.results.wording import ratio_text
 from tedm_cli.uncertainty.verdicts import Chance

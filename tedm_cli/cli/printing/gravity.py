@@ -18,7 +18,7 @@ _LISTED = 0.1  # verdicts on the field at rest are printed where their ratio is 
 
 def sensitivity_lines(done: SensitivitySummary) -> list[str]:
     """Field at rest, stiffness and largest sensitivities."""
-    from tedm_cli.results.compensation import ties_text
+    from tedm_cli.results.gravity.compensation import ties_text
 
     lines = [
         f"{done.path}: S_SG with {len(done.row_labels)} rows, in the frames of the test masses;"
@@ -104,7 +104,7 @@ def sensitivity_dict(done: SensitivitySummary) -> dict[str, Any]:
 
 def _dc_verdict_lines(verdicts: list[DcVerdict], subsystems: list[str]) -> list[str]:
     from tedm_cli.gravity.requirements import AT_REST_UNITS
-    from tedm_cli.results.field import not_allocated
+    from tedm_cli.results.gravity.field import not_allocated
 
     if not verdicts:
         return ["field at rest: not judged, for the configuration limits nothing ([[requirement_at_rest]])"]

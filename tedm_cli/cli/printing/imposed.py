@@ -9,7 +9,7 @@ from tedm_cli.cli.printing.table import table
 from tedm_cli.results.wording import percent
 
 if TYPE_CHECKING:
-    from tedm_cli.results.imposed import ImposedMotion
+    from tedm_cli.results.dynamics.imposed import ImposedMotion
 
 
 def imposed_lines(path: Path, found: ImposedMotion) -> list[str]:

@@ -10,7 +10,8 @@ from tedm_cli.deck_units import SI
 if TYPE_CHECKING:
     from tedm_cli.deck_units import DeckUnits
     from tedm_cli.nastran.loads.unit_loads import UnitLoad
-    from tedm_cli.stages.model.ingest import IngestSummary, MassSummary
+    from tedm_cli.stages.model.ingest import IngestSummary
+    from tedm_cli.stages.model.read import MassSummary
 
 _ROUNDING = 1e-9  # components this far below the largest of their quantity are printed as 0
 _COARSE = 1e-4  # relative error of a temperature step in single precision that is worth a word

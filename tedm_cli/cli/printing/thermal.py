@@ -9,7 +9,7 @@ from tedm_cli.cli.printing.table import table
 from tedm_cli.results.wording import and_text, count
 
 if TYPE_CHECKING:
-    from tedm_cli.results.thermal import DisturbanceResults, Spread, SteadyResults, ThermalResults
+    from tedm_cli.results.thermal.file import DisturbanceResults, Spread, SteadyResults, ThermalResults
     from tedm_cli.stages.thermal.build import ThermalSummary
 
 _GAINS = 2  # of each disturbance

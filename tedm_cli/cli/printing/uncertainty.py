@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tedm_cli.cli.printing.table import table
-from tedm_cli.results.chances import probability_text, shares_text
+from tedm_cli.results.cases.chances import probability_text, shares_text
 from tedm_cli.results.wording import count, ratio_text
 
 if TYPE_CHECKING:

@@ -29,7 +29,8 @@ def figure_lines(paths: Sequence[Path]) -> list[str]:
 def view_lines(done: ViewWritten) -> list[str]:
     """The page, its size, and how much of the model is drawn."""
     left = f"; without {', '.join(done.left_out)}: thermal nodes are no areas" if done.left_out else ""
-    return [f"{done.path}: {_megabytes(done.path)}, {done.drawn:,} of {done.grids:,} grids drawn{left}"]
+    still = "" if done.moving else "; at rest, for distortion.h5 has no displacements of grids"
+    return [f"{done.path}: {_megabytes(done.path)}, {done.drawn:,} of {done.grids:,} grids drawn{left}{still}"]
 
 
 def view_dict(done: ViewWritten) -> dict[str, Any]:
@@ -39,6 +40,7 @@ def view_dict(done: ViewWritten) -> dict[str, Any]:
         "cases": done.cases,
         "series": done.series,
         "left_out": list(done.left_out),
+        "moving": done.moving,
     }
 
 

@@ -23,7 +23,7 @@ from tedm_cli.config.base import (
     named_by_project,
 )
 from tedm_cli.config.cases import FrequencyTable
-from tedm_cli.config.temperature_spectrum import SpectrumChoice
+from tedm_cli.config.temperature.spectrum import SpectrumChoice
 from tedm_cli.config.thermal.map import MapTable
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.noise.requirements import frequency_grid

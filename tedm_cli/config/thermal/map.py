@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from tedm_cli.config.areas import SelectionTable
 from tedm_cli.config.base import Bounded, FileName, Form, Length, OneLine, Strict
+from tedm_cli.config.model.areas import SelectionTable
 from tedm_cli.quantities import CONDUCTIVITY, LINK_CONDUCTANCE
 
 _ID = re.compile(r"[1-9][0-9]{0,8}")

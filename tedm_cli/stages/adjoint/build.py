@@ -15,7 +15,7 @@ from tedm_cli.adjoint.linear_fields import area_shapes
 from tedm_cli.adjoint.materials import MaterialUse
 from tedm_cli.adjoint.temperature_field import AreaError
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import ADJOINT, UNIT_LOADS
 from tedm_cli.errors import InputError, PhysicsError, TedmError
@@ -25,7 +25,7 @@ from tedm_cli.files.build_folder import ADJOINT_FILE
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.nastran.structure.material_use import material_cards, material_use
 from tedm_cli.progress import Step
-from tedm_cli.results.adjoint import AdjointResults, read_adjoint
+from tedm_cli.results.adjoint.file import AdjointResults, read_adjoint
 from tedm_cli.stages.adjoint.even_field import even_field_error, write_error
 from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import WarmedModel, coupled_structure, warmed_model
@@ -126,6 +126,9 @@ def _found(
     given: OutputInputs, results: Sequence[Path], step: Step, *, area_error: bool
 ) -> Adjoint | InputError | PhysicsError:
     """The adjoint of a model that `ingest` has read; or why there is none here."""
+    if not given.unit.has(UNIT_LOADS.TRANSLATION):
+        absent = given.unit.absent(UNIT_LOADS.TRANSLATION)
+        return InputError(f"{given.unit.path.name} {absent.fact}", where=str(given.unit.path), hint=absent.hint)
     try:
         structure = coupled_structure(given.raw, given.deck, superelements=bool(given.config.superelement))
     except InputError as exc:

@@ -14,7 +14,7 @@ from tedm_cli.adjoint.temperature_field import FieldPoints
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.project import Project
-from tedm_cli.config.temperature_tables import temperature_model
+from tedm_cli.config.temperature.tables import temperature_model
 from tedm_cli.contracts import ADJOINT, UNIT_LOADS
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.build_folder import (

@@ -9,7 +9,7 @@ import numpy as np
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.arrays import IntArray
 from tedm_cli.config.cases import load_cases
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import project_plane
 from tedm_cli.errors import ConfigError, TedmError

@@ -10,7 +10,7 @@ import numpy as np
 
 from tedm_cli.adjoint.rounding import sizes_of_terms
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.distortion import ROUNDING
 from tedm_cli.errors import InputError

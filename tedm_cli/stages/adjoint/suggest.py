@@ -15,7 +15,7 @@ from tedm_cli.areas.attributes import rule_of
 from tedm_cli.areas.csv_file import area_csv_text
 from tedm_cli.areas.suggested import suggested_names
 from tedm_cli.arrays import IntArray
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.model.file import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
 from tedm_cli.files.build_folder import ADJOINT_FILE
@@ -186,7 +186,7 @@ def suggest_areas(
 
 def _draw_curve(path: Path, project: Project, done: Suggestion) -> None:
     """Draw the errors of all counts up to 500, and those of the present areas."""
-    from tedm_cli.figures.area_error import area_error_figure
+    from tedm_cli.figures.model.area_error import area_error_figure
 
     merged = done.merged
     known = range(merged.fewest, merged.k + 1)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from tedm_cli.balance.boxes import blocks_of
 from tedm_cli.config.balance import load_balance
-from tedm_cli.config.compensation import csv_text
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.compensation import csv_text
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import BALANCE, DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.build_folder import (
@@ -22,7 +22,7 @@ from tedm_cli.files.build_folder import (
 )
 from tedm_cli.files.store import create, open_checked, replacing
 from tedm_cli.progress import Step
-from tedm_cli.results.balance import BalanceResults, read_balance
+from tedm_cli.results.gravity.balance import BalanceResults, read_balance
 from tedm_cli.stages.area_drawing import require_format
 from tedm_cli.stages.balance.candidates import candidates, with_ties
 from tedm_cli.stages.balance.draw import draw_balance

@@ -13,7 +13,7 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.balance.boxes import Box, Column, Image, columns_of
 from tedm_cli.balance.keep_out import Elements, KeepOut, met_by, overlapping
 from tedm_cli.config.balance import BalanceConfig, BoxTable
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import project_plane
 from tedm_cli.contracts import UNIT_LOADS

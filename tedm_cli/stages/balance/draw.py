@@ -9,7 +9,7 @@ import numpy as np
 
 from tedm_cli.config.project import Project
 from tedm_cli.files.store import Reader
-from tedm_cli.results.balance import BalanceResults
+from tedm_cli.results.gravity.balance import BalanceResults
 from tedm_cli.results.wording import count
 from tedm_cli.stages.area_drawing import write_figure
 from tedm_cli.stages.balance.candidates import structure_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.as_built import PartName
+from tedm_cli.config.model.as_built import PartName
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.errors import InputError
 from tedm_cli.files.store import Reader
@@ -17,7 +17,7 @@ from tedm_cli.gravity.requirements import dc_quantities
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
-from tedm_cli.results.at_rest import BY_AREA
+from tedm_cli.results.gravity.at_rest import BY_AREA
 from tedm_cli.results.unit_loads import area_of_elements, area_of_grids, mass_of
 from tedm_cli.stages.balance.rest import Rest
 from tedm_cli.threads import side_by_side

@@ -15,7 +15,7 @@ from tedm_cli.gravity.compensation import CompensationMass
 from tedm_cli.gravity.operator import contract
 from tedm_cli.gravity.structure import stack_rows
 from tedm_cli.gravity.ties import needs_rotations, tied_operator
-from tedm_cli.results.self_gravity import read_self_gravity
+from tedm_cli.results.gravity.self_gravity import read_self_gravity
 from tedm_cli.stages.balance.rest import Rest, field_of_each
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.at_rest import members, rest_of
-from tedm_cli.config.compensation import compensation_file, compensation_masses
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.at_rest import members, rest_of
+from tedm_cli.config.model.compensation import compensation_file, compensation_masses
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.errors import ConfigError
@@ -23,7 +23,7 @@ from tedm_cli.gravity.compensation import CompensationMass, field_of_compensatio
 from tedm_cli.gravity.field import COMPENSATION, SelfGravity
 from tedm_cli.gravity.requirements import ALL, AtRestLimit, DcVerdict, judge_at_rest
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.results.at_rest import BY_AREA, Fields, by_group, fields_at_rest, of_field
+from tedm_cli.results.gravity.at_rest import BY_AREA, Fields, by_group, fields_at_rest, of_field
 
 _QUANTITIES = (SENSITIVITY.DC_ACCELERATION, SENSITIVITY.DC_ANGULAR_ACCELERATION, SENSITIVITY.STIFFNESS_GAMMA_LIN)
 _OF_AREAS = (

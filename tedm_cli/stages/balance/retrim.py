@@ -14,10 +14,10 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.balance.boxes import Box, Image, blocks_of, columns_of
 from tedm_cli.balance.programme import Programme, balanced, whole_units
 from tedm_cli.balance.retrim import least_change
-from tedm_cli.config.as_built import MeasuredPart, read_measured
 from tedm_cli.config.balance import load_balance
-from tedm_cli.config.compensation import csv_text
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.as_built import MeasuredPart, read_measured
+from tedm_cli.config.model.compensation import csv_text
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import BALANCE, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import InputError
@@ -34,7 +34,7 @@ from tedm_cli.files.store import Writer, create, open_checked, replacing
 from tedm_cli.gravity.compensation import CompensationMass
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.progress import Step
-from tedm_cli.results.balance import BalanceResults, read_balance
+from tedm_cli.results.gravity.balance import BalanceResults, read_balance
 from tedm_cli.stages.balance.candidates import ALIKE, MIRROR, Candidates, candidates, with_ties
 from tedm_cli.stages.balance.parts import Parts
 from tedm_cli.stages.balance.rest import read_rest

@@ -11,12 +11,12 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.balance.deviations import Deviations, Source
 from tedm_cli.balance.yields import Yield, by_shift, changes_by_shift, judged_draws
-from tedm_cli.config.as_built import PartTolerance, read_tolerances
 from tedm_cli.config.balance import BalanceConfig, ToleranceTable
+from tedm_cli.config.model.as_built import PartTolerance, read_tolerances
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.compensation import CompensationMass
 from tedm_cli.progress import Step, counter
-from tedm_cli.results.at_rest import of_field
+from tedm_cli.results.gravity.at_rest import of_field
 from tedm_cli.stages.balance.candidates import Candidates
 from tedm_cli.stages.balance.parts import PartField, Parts
 from tedm_cli.stages.balance.rest import Rest, field_of_each

@@ -8,16 +8,16 @@ import tedm_cli
 from tedm_cli.areas.configured import area_csv
 from tedm_cli.chain.graph import ChainFiles, Named
 from tedm_cli.config.cases import CasesConfig, load_cases
-from tedm_cli.config.compensation import compensation_file, compensation_masses
 from tedm_cli.config.differences import require_parallel
-from tedm_cli.config.dynamics import load_dynamics
+from tedm_cli.config.dynamics.loop import load_dynamics
 from tedm_cli.config.halves import halves_of
-from tedm_cli.config.model import load_model
-from tedm_cli.config.optics import load_optics
+from tedm_cli.config.model.compensation import compensation_file, compensation_masses
+from tedm_cli.config.model.file import load_model
+from tedm_cli.config.model.superelement import superelement_files
+from tedm_cli.config.optics.layout import load_optics
 from tedm_cli.config.project import Project
-from tedm_cli.config.superelement import superelement_files
 from tedm_cli.config.symmetry_plane import project_plane
-from tedm_cli.config.temperature_tables import table_paths
+from tedm_cli.config.temperature.tables import table_paths
 from tedm_cli.config.thermal.file import load_thermal
 from tedm_cli.files.build_folder import (
     ADJOINT_FILE,
@@ -33,9 +33,9 @@ from tedm_cli.files.build_folder import (
     simulated_series_file_name,
     simulation_file_name,
 )
-from tedm_cli.results.effects import effect_files
-from tedm_cli.results.no_loop import why_no_loop
-from tedm_cli.results.thermal_case import require_thermal_model
+from tedm_cli.results.cases.effects import effect_files
+from tedm_cli.results.dynamics.no_loop import why_no_loop
+from tedm_cli.results.thermal.case import require_thermal_model
 from tedm_cli.stages.temperature_series import series_files
 from tedm_cli.stages.uncertain_files import uncertainty_sources
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import IMPOSED as KIND
 from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
@@ -18,7 +18,7 @@ from tedm_cli.files.store import Reader, create, open_checked
 from tedm_cli.gravity.field import SOURCES
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.requirements import frequency_grid, judge
-from tedm_cli.results.imposed import ImposedMotion, read_imposed
+from tedm_cli.results.dynamics.imposed import ImposedMotion, read_imposed
 from tedm_cli.stages.common import out_path
 
 MOTION, LIMIT = PRESETS["lpf_jitter"], PRESETS["lpf_selfgravity_ltp"]

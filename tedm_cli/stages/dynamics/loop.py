@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.controller_file import read_controller
-from tedm_cli.config.dynamics import DynamicsConfig, load_dynamics
-from tedm_cli.config.model import load_model
+from tedm_cli.config.dynamics.controller_file import read_controller
+from tedm_cli.config.dynamics.loop import DynamicsConfig, load_dynamics
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY as KIND
 from tedm_cli.dynamics.bodies import DynamicTestMass
@@ -25,7 +25,7 @@ from tedm_cli.files.build_folder import SENSITIVITY_FILE
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.gravity.field import OTHER_TEST_MASS
-from tedm_cli.results.field import FieldAtRest, read_field
+from tedm_cli.results.gravity.field import FieldAtRest, read_field
 
 ELECTROSTATICS = "electrostatics"
 

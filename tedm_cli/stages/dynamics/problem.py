@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.dynamics_problem import ControllerTable, Problem, SpectrumFields, load_problem
+from tedm_cli.config.dynamics.problem import ControllerTable, Problem, SpectrumFields, load_problem
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
 from tedm_cli.dynamics.budget import budget
 from tedm_cli.dynamics.controller import LOOPS, Controller, default_controller

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.dynamics import TimeTable
+from tedm_cli.config.dynamics.loop import TimeTable
 from tedm_cli.contracts import SIMULATION
 from tedm_cli.dynamics.budget import budget
 from tedm_cli.dynamics.in_time import TimeLoop, realise, time_loop

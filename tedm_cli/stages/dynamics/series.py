@@ -29,7 +29,7 @@ from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.areas import write_areas
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.results.thermal_nodes import node_outputs
+from tedm_cli.results.thermal.nodes import node_outputs
 from tedm_cli.stages.dynamics.loop import Loop
 from tedm_cli.stages.dynamics.prepared import Prepared, prepare
 from tedm_cli.stages.series_result import Regular, SeriesResult, judge_all, store, welch_segment, write_result

@@ -10,7 +10,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.project import Project
-from tedm_cli.config.temperature_tables import table_paths, temperature_model
+from tedm_cli.config.temperature.tables import table_paths, temperature_model
 from tedm_cli.contracts import SIMULATION as KIND
 from tedm_cli.dynamics.budget import Budget, budget
 from tedm_cli.dynamics.judging import JudgedOutput, by_group, groups_of, judge_outputs
@@ -25,10 +25,10 @@ from tedm_cli.noise.requirements import Requirement, in_band
 from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step, counter
+from tedm_cli.results.adjoint.within import CaseGradients, and_spectra, case_gradients
 from tedm_cli.results.areas import write_areas
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
-from tedm_cli.results.thermal_case import thermal_columns
-from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients
+from tedm_cli.results.thermal.case import thermal_columns
 from tedm_cli.stages.dynamics.loop import Loop
 from tedm_cli.stages.dynamics.prepared import Prepared, prepare
 from tedm_cli.stages.dynamics.realisation import RealisedLoop, realise_loop, write_realisation

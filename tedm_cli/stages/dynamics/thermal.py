@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.layout_against_model import LARGEST_ANGLE_RAD
-from tedm_cli.config.model import load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.file import load_model
+from tedm_cli.config.optics.against_model import LARGEST_ANGLE_RAD
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS as OPTICS_KIND
 from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
@@ -29,13 +29,13 @@ from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.network import NetworkNoise
 from tedm_cli.noise.sources import AnySource
+from tedm_cli.results.adjoint.within import Gradients, and_numbers
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.effects import effect_files, read_effects
+from tedm_cli.results.cases.effects import effect_files, read_effects
+from tedm_cli.results.gravity.self_gravity import read_self_gravity
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.outputs import ModelOutputs
-from tedm_cli.results.self_gravity import read_self_gravity
-from tedm_cli.results.thermal_case import ThermalColumns
-from tedm_cli.results.within import Gradients, and_numbers
+from tedm_cli.results.thermal.case import ThermalColumns
 
 _AXES = LARGEST_ANGLE_RAD  # of a test mass in the layout against those in the model: more are two test masses
 

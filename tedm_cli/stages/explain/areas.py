@@ -10,11 +10,11 @@ from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.effects import Effects
 from tedm_cli.optics.shares import shares
+from tedm_cli.results.adjoint.within import Gradients
 from tedm_cli.results.areas import unit_per
 from tedm_cli.results.explained import Cell, Column, Table, Told, by_share, by_size, clean_sum, row_tables, sizes
 from tedm_cli.results.optics import ReadOuts
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.within import Gradients
 from tedm_cli.results.wording import count
 
 _SHARE = "share: of the output's variance where all areas of a mean temperature fluctuate alike and independently"

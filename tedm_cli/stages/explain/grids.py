@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import ADJOINT, UNIT_LOADS
 from tedm_cli.errors import InputError, UsageError
@@ -19,7 +19,7 @@ from tedm_cli.files.build_folder import (
 )
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import open_checked
-from tedm_cli.results.adjoint_map import MappedModel, OutputMap, has_map, read_map, read_mapped_model
+from tedm_cli.results.adjoint.map import MappedModel, OutputMap, has_map, read_map, read_mapped_model
 from tedm_cli.results.explained import Column, Table, Told, clean_sum
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import count

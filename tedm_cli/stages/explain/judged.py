@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from tedm_cli.config.cases import load_cases
-from tedm_cli.config.dynamics import load_dynamics
-from tedm_cli.config.model import load_model
+from tedm_cli.config.dynamics.loop import load_dynamics
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DYNAMICS, SENSITIVITY, SIMULATION
 from tedm_cli.contracts.spec import FileKind
@@ -26,12 +26,12 @@ from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.gravity.requirements import ALL, AtRestLimit, DcVerdict
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.case_network import of_network
-from tedm_cli.results.dynamics import LoopOutput, read_simulation
+from tedm_cli.results.cases.uncertainty import read_uncertainty
+from tedm_cli.results.dynamics.loop import LoopOutput, read_simulation
 from tedm_cli.results.explained import Cell, Column, Table, Told, by_share, by_size
-from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.gravity.field import dc_verdicts
+from tedm_cli.results.thermal.case_shares import of_network
 from tedm_cli.results.titles import at_rest_requirement, output_title, outputs_title
-from tedm_cli.results.uncertainty import read_uncertainty
 from tedm_cli.results.wording import and_text, count, ratio_text
 from tedm_cli.uncertainty.verdicts import Distribution
 

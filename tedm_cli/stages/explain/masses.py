@@ -9,9 +9,9 @@ from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.areas import unit_per
-from tedm_cli.results.compensation import read_blocks
 from tedm_cli.results.explained import Cell, Column, Table, Told, by_size
-from tedm_cli.results.field import read_field
+from tedm_cli.results.gravity.compensation import read_blocks
+from tedm_cli.results.gravity.field import read_field
 from tedm_cli.results.titles import by_subsystem, mass_title
 from tedm_cli.results.wording import vector
 from tedm_cli.stages.explain.areas import Rows

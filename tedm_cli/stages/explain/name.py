@@ -14,7 +14,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.halves import halves_of
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import KINDS, OPTICS, SENSITIVITY
 from tedm_cli.contracts.spec import FileKind
@@ -29,13 +29,13 @@ from tedm_cli.files.build_folder import (
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.differences import terms
 from tedm_cli.noise.effects import Effects
+from tedm_cli.results.adjoint.within import CaseGradients, case_gradients
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.effects import read_effects
+from tedm_cli.results.cases.effects import read_effects
 from tedm_cli.results.explained import Told, also, without_empty
+from tedm_cli.results.gravity.self_gravity import read_self_gravity
 from tedm_cli.results.optics import ReadOuts, read_read_outs
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.results.self_gravity import read_self_gravity
-from tedm_cli.results.within import CaseGradients, case_gradients
 from tedm_cli.stages.common import known_name
 from tedm_cli.stages.explain.areas import (
     Rows,

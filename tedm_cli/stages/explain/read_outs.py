@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import UsageError
@@ -18,7 +18,7 @@ from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.optics.shares import SetComparison, beam_terms, compare_sets, motion_terms, shares
 from tedm_cli.results.areas import read_areas, unit_per
-from tedm_cli.results.effects import read_effects
+from tedm_cli.results.cases.effects import read_effects
 from tedm_cli.results.optics import Beams, ReadOuts, read_beams, read_quality, read_read_outs
 from tedm_cli.stages.common import known_name
 

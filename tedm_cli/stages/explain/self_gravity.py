@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.compensation import compensation_masses
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.compensation import compensation_masses
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY
 from tedm_cli.files.blocks import node_blocks
@@ -20,10 +20,10 @@ from tedm_cli.gravity.compensation import field_of_compensation_masses
 from tedm_cli.gravity.motion import by_motion_of_source
 from tedm_cli.optics.shares import shares
 from tedm_cli.results.areas import read_areas, unit_per
-from tedm_cli.results.compensation import Blocks, read_blocks
 from tedm_cli.results.explained import Column, Table, Told, by_size, clean_sum, row_tables, sizes
-from tedm_cli.results.field import FieldAtRest, read_field
-from tedm_cli.results.self_gravity import read_self_gravity
+from tedm_cli.results.gravity.compensation import Blocks, read_blocks
+from tedm_cli.results.gravity.field import FieldAtRest, read_field
+from tedm_cli.results.gravity.self_gravity import read_self_gravity
 from tedm_cli.results.titles import at_rest_requirement, output_title
 
 _TURNS = {"x": "theta", "y": "eta", "z": "phi"}
@@ -163,15 +163,21 @@ def _parts(
         parts["tied compensation masses"] = _tied(project, rows, blocks)
     elif blocks.name:
         notes.append("compensation masses stay still: they are in the field at rest, not in the sensitivity")
-    turning = len(file.array(SENSITIVITY.OPERATOR_OFFSET_NODE))
+    turning, why = len(file.array(SENSITIVITY.OPERATOR_OFFSET_NODE)), ""
     path = project.build_dir / DISTORTION_FILE
-    if turning and not tied and path.exists():
+    if tied:
+        why = "tied compensation masses turn with some of them"
+    elif not path.exists():
+        why = f"there is no {path.name}"
+    elif turning:
         with open_checked(path, DISTORTION) as distortion:
             require_input(file, input_files([path])[0])
-            parts["offset masses, by rotations of their grids"] = _levers(file, distortion, rows)
-        structure = "structure, by translations of its grids"
-    elif turning:
-        why = "tied compensation masses turn with some of them" if tied else f"there is no {path.name}"
+            if distortion.has(DISTORTION.D_ROTATION):
+                parts["offset masses, by rotations of their grids"] = _levers(file, distortion, rows)
+                structure = "structure, by translations of its grids"
+            else:
+                why = f"{path.name} has no displacements of grids"
+    if turning and why:
         notes.append(f"rotations of {turning:,} grids, whose masses are offset, are not told apart: {why}")
     rest = value - sum(parts.values(), np.zeros_like(value))
     return {structure: rest} | parts, notes

@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.correlation_file import matrix_csv
+from tedm_cli.config.correlation.file import matrix_csv
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.files.build_folder import case_file_name, require_up_to_date
 from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.noise.bounds import BOUNDS, extremal_matrix, matrix_at
 from tedm_cli.noise.differences import no_output
-from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
-from tedm_cli.results.case_network import require_areas
+from tedm_cli.results.cases.file import read_bound, read_correlation, read_psd
+from tedm_cli.results.thermal.case_shares import require_areas
 
 CASES = "cases.toml"
 

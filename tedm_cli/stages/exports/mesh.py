@@ -20,7 +20,7 @@ from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.areas import read_areas, unit_per
-from tedm_cli.results.compensation import Blocks, read_blocks
+from tedm_cli.results.gravity.compensation import Blocks, read_blocks
 from tedm_cli.stages.common import known_name
 from tedm_cli.stages.exports.mesh_adjoint import adjoint_arrays
 from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, require_moving, worst_of_cases

@@ -13,7 +13,7 @@ from tedm_cli.exports.vtu import MeshArray, array_name
 from tedm_cli.files.build_folder import ADJOINT_FILE, OPTICS_FILE, SENSITIVITY_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Reader, open_checked
-from tedm_cli.results.adjoint_map import element_rows, has_map, read_map
+from tedm_cli.results.adjoint.map import element_rows, has_map, read_map
 
 
 def adjoint_arrays(

@@ -16,9 +16,9 @@ from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.contributions import share_weights
 from tedm_cli.noise.selection import listed
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.case_file import read_case, read_correlation
-from tedm_cli.results.case_network import require_areas
-from tedm_cli.results.effects import effect_rows
+from tedm_cli.results.cases.effects import effect_rows
+from tedm_cli.results.cases.file import read_case, read_correlation
+from tedm_cli.results.thermal.case_shares import require_areas
 from tedm_cli.stages.common import known_name
 
 

@@ -13,7 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.exports.mesh import Cells, bricks, element_cells, label_of_cells, vertices
 from tedm_cli.exports.vtu import MeshArray, Names
 from tedm_cli.files.store import Reader
-from tedm_cli.results.compensation import Blocks
+from tedm_cli.results.gravity.compensation import Blocks
 from tedm_cli.results.unit_loads import area_of_elements, area_of_grids
 
 OPTICAL, BLOCK = "optical element", "compensation mass"

@@ -14,8 +14,8 @@ from tedm_cli.files.build_folder import OPTICS_FILE, SENSITIVITY_FILE, require_i
 from tedm_cli.files.provenance import InputFile
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.differences import terms
+from tedm_cli.results.gravity.self_gravity import read_self_gravity
 from tedm_cli.results.optics import ReadOuts, read_bench_motion, read_read_outs
-from tedm_cli.results.self_gravity import read_self_gravity
 from tedm_cli.stages.common import known_name
 
 _SUM = 1e-9  # of the sum of the terms' sizes: sums of float64 agree far better, other files do not

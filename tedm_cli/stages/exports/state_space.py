@@ -11,7 +11,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import CasesConfig, load_cases, select_cases
 from tedm_cli.config.project import Project
-from tedm_cli.config.temperature_tables import temperature_model
+from tedm_cli.config.temperature.tables import temperature_model
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import UsageError
 from tedm_cli.exports.state_space import CONTINUOUS, Labels, sampled_notes, state_space_matrices
@@ -25,11 +25,11 @@ from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.shaping.models import AnyModel, model_of
 from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.results.adjoint.within import CaseGradients, and_spectra, case_gradients, with_gradients
 from tedm_cli.results.build_folder import require_current
-from tedm_cli.results.case_file import read_psd
+from tedm_cli.results.cases.file import read_psd
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
-from tedm_cli.results.thermal_case import thermal_columns
-from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients, with_gradients
+from tedm_cli.results.thermal.case import thermal_columns
 from tedm_cli.stages.exports.case import destination
 
 DEFAULT_TOLERANCE = 0.01

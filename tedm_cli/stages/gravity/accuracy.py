@@ -12,8 +12,8 @@ import numpy as np
 
 from tedm_cli import __version__
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.compensation import compensation_masses
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.model.compensation import compensation_masses
+from tedm_cli.config.model.file import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError, UsageError
 from tedm_cli.files.store import replacing
@@ -33,7 +33,7 @@ from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.tables.csv_table import csv_line
 
 if TYPE_CHECKING:
-    from tedm_cli.figures.accuracy import Convergence, Isolines
+    from tedm_cli.figures.model.accuracy import Convergence, Isolines
 
 FOLDER = "accuracy"
 _MESH_NODES = 120_000
@@ -75,7 +75,7 @@ def accuracy(project: Project, number: str, output_dir: Path | None) -> Accuracy
     """
     if number not in STUDIES:
         raise UsageError(f"there is no accuracy study {number!r}", hint=f"there are: {', '.join(sorted(STUDIES))}")
-    from tedm_cli.figures.accuracy import draw
+    from tedm_cli.figures.model.accuracy import draw
 
     file, config = load_model(project.model)
     config.required_test_masses(project.model)
@@ -114,7 +114,7 @@ def _plane(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _quadrature(config: ModelConfig, number: str) -> Study:
-    from tedm_cli.figures.accuracy import Isolines
+    from tedm_cli.figures.model.accuracy import Isolines
 
     tm = config.test_masses()[0]
     half = float(tm.side_m.max()) / 2.0
@@ -151,7 +151,7 @@ def _quadrature(config: ModelConfig, number: str) -> Study:
 
 
 def _collapse(config: ModelConfig, number: str) -> Study:
-    from tedm_cli.figures.accuracy import Isolines
+    from tedm_cli.figures.model.accuracy import Isolines
 
     tm = config.test_masses()[0]
     row = 0 if number == "7.3" else 1
@@ -190,7 +190,7 @@ def _collapse(config: ModelConfig, number: str) -> Study:
 
 
 def _linearisation(config: ModelConfig, number: str) -> Study:
-    from tedm_cli.figures.accuracy import Isolines
+    from tedm_cli.figures.model.accuracy import Isolines
 
     tm = config.test_masses()[0]
     half = float(tm.side_m[0]) / 2.0
@@ -220,7 +220,7 @@ def _linearisation(config: ModelConfig, number: str) -> Study:
 
 
 def _compensation_mesh(project: Project, config: ModelConfig, number: str) -> Study:
-    from tedm_cli.figures.accuracy import Convergence
+    from tedm_cli.figures.model.accuracy import Convergence
 
     blocks = compensation_masses(project, config)
     if not blocks:

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.at_rest import rest_of
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.at_rest import rest_of
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.files.store import Writer
 from tedm_cli.gravity.requirements import DcVerdict, judge_at_rest
-from tedm_cli.results.at_rest import fields_at_rest
+from tedm_cli.results.gravity.at_rest import fields_at_rest
 
 
 def verdicts_at_rest(

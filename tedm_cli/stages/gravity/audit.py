@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.at_rest import rest_of
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.at_rest import rest_of
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.files.blocks import Blocks, SomeNodes
@@ -162,7 +162,7 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
 
 
 def _draw(done: AuditSummary, path: Path, source: Path) -> None:
-    from tedm_cli.figures.audit import audit_figure
+    from tedm_cli.figures.model.audit import audit_figure
 
     a = done.audit
     scores = dict(zip(MODELS, a.score, strict=True))

@@ -15,6 +15,8 @@ from tedm_cli.gravity.ties import TiedOperator
 from tedm_cli.progress import Step, counter
 
 TILE_AREAS = 32  # areas of D held at a time
+_UNIT = "1/s^2 (a) or 1/(m s^2) (omegadot), see /row/label"
+_TURN_UNIT = "m/s^2 (a) or 1/s^2 (omegadot) per rad, see /row/label"
 
 
 def self_gravity_sensitivity(
@@ -45,14 +47,14 @@ def self_gravity_sensitivity(
             [s.rotation for s in found],
             (tied[0].lever, stack_rows([t.rotation for t in tied])),
             SENSITIVITY.OPERATOR_G_ROTATION,
-            "m/s^2 (a) or 1/s^2 (omegadot) per rad",
+            _TURN_UNIT,
         ),
         (
             DISTORTION.D_TRANSLATION,
             [s.operator for s in found],
             (tied[0].row, stack_rows([t.operator for t in tied])),
             SENSITIVITY.OPERATOR_G,
-            "1/s^2 (a) or 1/(m s^2) (omegadot)",
+            _UNIT,
         ),
     )
     areas = distortion.dataset(DISTORTION.D_TRANSLATION).shape[0]
@@ -61,7 +63,7 @@ def self_gravity_sensitivity(
     advance = counter(step, work, "contracting S = -G D")
     for path, operators, (more_at, more), target, unit in parts:
         d, n_nodes = distortion.dataset(path), operators[0].shape[2]
-        g = writer.allocate(target, (len(total), n_nodes, 3), units=f"{unit}, see /row/label")
+        g = writer.allocate(target, (len(total), n_nodes, 3), units=unit)
         room = d.empty((min(areas, TILE_AREAS) * min(n_nodes, BLOCK_NODES) * 3,))
         for block in node_blocks(n_nodes, BLOCK_NODES):
             g_block = stack_rows([part[:, :, block] for part in operators])
@@ -75,3 +77,10 @@ def self_gravity_sensitivity(
                 total[:, some] += contract(g_block, tile)
                 advance(shape[0] * shape[1])
     return total
+
+
+def write_operator(writer: Writer, operator: FloatArray, rotation: FloatArray, lever_nodes: IntArray) -> None:
+    """The operator [6 t, N, 3] and [6 t, L, 3] where there is no [D] to contract."""
+    writer.write(SENSITIVITY.OPERATOR_OFFSET_NODE, lever_nodes)
+    writer.write(SENSITIVITY.OPERATOR_G_ROTATION, rotation, units=_TURN_UNIT)
+    writer.write(SENSITIVITY.OPERATOR_G, operator, units=_UNIT)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.uncertainty import AXES
 from tedm_cli.contracts import DISTORTION
 from tedm_cli.files.blocks import node_blocks
@@ -19,7 +19,7 @@ from tedm_cli.gravity.structure import stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.gravity.ties import TiedOperator
 from tedm_cli.progress import Step, counter
-from tedm_cli.results.ties import Ties
+from tedm_cli.results.gravity.ties import Ties
 from tedm_cli.stages.gravity.tied_blocks import tied_operators
 from tedm_cli.threads import side_by_side
 
@@ -41,13 +41,27 @@ def position_sensitivity(
     S = -G D, and D does not know the test masses: the change is that of G. It is a central difference of G at positions
     1 mm apart, with compensation masses that are tied to grids. Test masses whose positions are not uncertain have 0.
     """
-    test_masses = config.test_masses()
-    named = [(table.test_mass, axis) for table in config.uncertainty.test_mass for axis in table.axes]
-    moved = [(t, i) for t, tm in enumerate(test_masses) for i, axis in enumerate(AXES) if (tm.name, axis) in named]
     areas = distortion.dataset(DISTORTION.D_TRANSLATION).shape[0]
-    out = np.zeros((2, len(test_masses), 3, 3, areas))
+    changes = (_contracted(rates, distortion) for _, _, rates in moved_operators(config, masses, blocks, ties, step))
+    return position_columns(config, np.concatenate([np.zeros((0, areas)), *changes]))
+
+
+def position_columns(config: ModelConfig, rows: FloatArray) -> FloatArray:
+    """∂S/∂x [6 t, 3, k] from the rows [6 m, k] of the m moves of `moved_operators`."""
+    count, areas = len(config.test_masses()), rows.shape[1]
+    out = np.zeros((2, count, 3, 3, areas))
+    for number, (t, axis) in enumerate(_moves(config)):
+        out[:, t, :, axis] = rows[6 * number : 6 * number + 6].reshape(2, 3, areas)
+    return out.reshape(6 * count, 3, areas)
+
+
+def moved_operators(
+    config: ModelConfig, masses: MassDistribution, blocks: Sequence[CompensationMass], ties: Ties, step: Step
+) -> Iterator[tuple[int, int, list[FloatArray]]]:
+    """(test mass, axis, changes [6, N, 3] and [6, L, 3] of its rows of G per metre) of every uncertain position."""
+    test_masses, moves = config.test_masses(), _moves(config)
     elements = sum(len(block.id) for block in masses.elements)
-    advance = counter(step, 2 * len(moved) * elements, "moving the test masses")
+    advance = counter(step, 2 * len(moves) * elements, "moving the test masses")
     g, tolerance = config.gravity.gravitational_constant_m3_kg_s2, config.gravity.quadrature_tolerance
 
     def operators(tm: TestMass, on: Callable[[int], None]) -> list[FloatArray]:
@@ -59,12 +73,17 @@ def position_sensitivity(
             row[:, at] += stack_rows([more])
         return rows
 
-    for t, axis in moved:
+    for t, axis in moves:
         ends = [_moved(test_masses[t], axis, shift) for shift in (-_STEP, _STEP)]
         low, high = side_by_side(operators, ends, advance)
-        rates = [(after - before) / (2.0 * _STEP) for before, after in zip(low, high, strict=True)]
-        out[:, t, :, axis] = _contracted(rates, distortion).reshape(2, 3, areas)
-    return out.reshape(6 * len(test_masses), 3, areas)
+        yield t, axis, [(after - before) / (2.0 * _STEP) for before, after in zip(low, high, strict=True)]
+
+
+def _moves(config: ModelConfig) -> list[tuple[int, int]]:
+    """(test mass, axis) of the positions that are uncertain."""
+    named = [(table.test_mass, axis) for table in config.uncertainty.test_mass for axis in table.axes]
+    masses = enumerate(config.test_masses())
+    return [(t, i) for t, tm in masses for i, axis in enumerate(AXES) if (tm.name, axis) in named]
 
 
 def _moved(tm: TestMass, axis: int, shift: float) -> TestMass:

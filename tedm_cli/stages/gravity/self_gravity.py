@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.files.store import replacing

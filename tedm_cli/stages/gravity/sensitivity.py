@@ -5,14 +5,16 @@ from __future__ import annotations
 import functools
 import itertools
 import operator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.compensation import compensation_file, compensation_masses
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.columns import Columns
+from tedm_cli.config.model.compensation import compensation_masses
+from tedm_cli.config.model.file import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.build_folder import (
@@ -24,25 +26,24 @@ from tedm_cli.files.build_folder import (
     require_same_areas,
 )
 from tedm_cli.files.store import Reader, Writer, create, open_checked
-from tedm_cli.gravity.body_source import field_of_other_test_mass
-from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
-from tedm_cli.gravity.field import COMPENSATION, OTHER_TEST_MASS, STRUCTURE, SelfGravity, self_gravity
+from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass
+from tedm_cli.gravity.field import OTHER_TEST_MASS, SelfGravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.operator import sensitivity_row_labels, sensitivity_row_units
 from tedm_cli.gravity.requirements import DcVerdict
-from tedm_cli.gravity.structure import StructureGravity, structure_gravity
+from tedm_cli.gravity.structure import StructureGravity
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.progress import Step, counter
-from tedm_cli.results.at_rest import BY_AREA, by_group
+from tedm_cli.progress import Step
+from tedm_cli.results.gravity.at_rest import BY_AREA, by_group
+from tedm_cli.results.gravity.ties import require_ties
 from tedm_cli.results.sides import require_plane
-from tedm_cli.results.ties import Ties, require_ties
-from tedm_cli.results.unit_loads import area_of_grids, mass_of
-from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path
+from tedm_cli.results.unit_loads import area_of_grids
+from tedm_cli.stages.common import copy_areas, copy_places, gravity_files, out_path
 from tedm_cli.stages.gravity.at_rest import verdicts_at_rest, write_verdicts
-from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
-from tedm_cli.stages.gravity.positions import position_sensitivity
-from tedm_cli.stages.gravity.tied_blocks import tied_operators, write_blocks
-from tedm_cli.threads import side_by_side
+from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity, write_operator
+from tedm_cli.stages.gravity.positions import position_columns, position_sensitivity
+from tedm_cli.stages.gravity.pulls import Pulls, Sources, operator_rows, pulls_on
+from tedm_cli.stages.gravity.tied_blocks import write_blocks
 
 
 @dataclass(frozen=True)
@@ -64,28 +65,22 @@ class SensitivitySummary:
     subsystems: list[str]
 
 
-@dataclass(frozen=True)
-class Sources:
-    """What pulls on the test masses: fields, and the error and points of each quadrature, all [source][test mass]."""
+@dataclass(frozen=True, eq=False)
+class GivenColumns:
+    """Columns of [S_SG] that were made of results in parts, where there is no [D] to contract.
 
-    names: tuple[str, ...]
-    fields: list[list[SelfGravity]]
-    error: list[list[float]]
-    points: list[list[int]]
-    block_quadrature: list[BlockQuadrature]
+    columns : of all areas, rows as `reduction_of` has them. parts : the files that they are from. pulls : where these
+    were summed already.
+    """
 
-    def stack(self, name: str) -> FloatArray:
-        """One quantity of all fields, [test mass, source, ...]."""
-        return np.array([[getattr(f, name) for f in row] for row in self.fields], dtype=float).swapaxes(0, 1)
-
-    def of_blocks(self, blocks: list[CompensationMass]) -> list[list[SelfGravity]]:
-        """The field of each block, [test mass][block]."""
-        count = max(len(blocks), 1)
-        found = [how.field for how in self.block_quadrature]
-        return [found[start : start + count] for start in range(0, len(found), count)]
+    columns: Columns
+    parts: Sequence[Path] = ()
+    pulls: Pulls | None = None
 
 
-def build_sensitivity(project: Project, output: Path | None, step: Step) -> SensitivitySummary:
+def build_sensitivity(
+    project: Project, output: Path | None, step: Step, given: GivenColumns | None = None
+) -> SensitivitySummary:
     """Field of structure, other test mass and compensation masses on each test mass, and S = -G D, streamed.
 
     In G are the structure and the compensation masses that are tied to its grids; others stay still.
@@ -96,11 +91,11 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
     """
     config_file, config = load_model(project.model)
     config.required_test_masses(project.model)
-    blocks, block_file = compensation_masses(project, config), compensation_file(project, config)
     masses_file, distortion_file = project.build_dir / UNIT_LOADS_FILE, project.build_dir / DISTORTION_FILE
     out = out_path(project, SENSITIVITY_FILE, output)
-    files = [*([] if block_file is None else [block_file]), *map(project.resolve, config.body_files())]
-    trace = provenance([config_file], [masses_file, distortion_file, *dict.fromkeys(files)])
+    files = gravity_files(project, config)
+    parts = () if given is None else given.parts
+    trace = provenance([config_file], [masses_file, distortion_file, *files, *parts])
     with (
         open_checked(masses_file, UNIT_LOADS) as unit,
         open_checked(distortion_file, DISTORTION) as distortion,
@@ -109,8 +104,8 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
         require_input(distortion, trace.inputs[0])
         require_same_areas(unit, distortion)
         require_plane(distortion, project, config)
-        ties = require_ties(unit, blocks)
-        return _build(config, blocks, ties, unit, distortion, writer, out, project.model, step)
+        require_ties(unit, compensation_masses(project, config))
+        return _build(project, config, unit, distortion, writer, out, given, step)
 
 
 def _write_bodies(writer: Writer, test_masses: list[TestMass]) -> None:
@@ -128,33 +123,23 @@ def _write_bodies(writer: Writer, test_masses: list[TestMass]) -> None:
 
 
 def _build(
+    project: Project,
     config: ModelConfig,
-    blocks: list[CompensationMass],
-    ties: Ties,
     unit: Reader,
     distortion: Reader,
     writer: Writer,
     out: Path,
-    where: Path,
+    given: GivenColumns | None,
     step: Step,
 ) -> SensitivitySummary:
-    test_masses = config.test_masses()
-    g = config.gravity.gravitational_constant_m3_kg_s2
+    test_masses, model = config.test_masses(), config.gravity.mass_model
     copy_areas(distortion, writer)
     copy_places(distortion, writer)
     writer.write(SENSITIVITY.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
     writer.write(SENSITIVITY.TEST_MASS_NAME, [t.name for t in test_masses])
     _write_bodies(writer, test_masses)
-    model, tolerance = config.gravity.mass_model, config.gravity.quadrature_tolerance
-    check_test_masses(test_masses, unit.array(UNIT_LOADS.GRID_POSITION), where=str(where))
-    masses = mass_of(unit, lumped=model == "lumped")
-    elements = sum(len(block.id) for block in masses.elements)
-    advance = counter(step, len(test_masses) * elements, "summing the structure")
-    found = side_by_side(
-        lambda tm, on: structure_gravity(masses, tm, tolerance=tolerance, G=g, advance=on), test_masses, advance
-    )
-    mutual = _mutual(test_masses, g, config.gravity.other_test_mass_points)
-    sources = _sources(found, test_masses, blocks, mutual, config)
+    pulls = pulls_on(project, config, unit, step) if given is None or given.pulls is None else given.pulls
+    found, sources, blocks = pulls.structure, pulls.sources, pulls.blocks
     writer.write(SENSITIVITY.SOURCE_NAME, sources.names)
     writer.write(SENSITIVITY.SOURCE_QUADRATURE_ERROR, np.array(sources.error).T)
     writer.write(SENSITIVITY.SOURCE_POINTS, np.array(sources.points).T)
@@ -165,24 +150,32 @@ def _build(
     writer.write(SENSITIVITY.STIFFNESS_OMEGA_LIN, sources.stack("omega_lin"))
     writer.write(SENSITIVITY.STIFFNESS_GAMMA_ANG, sources.stack("gamma_ang"))
     writer.write(SENSITIVITY.STIFFNESS_OMEGA_ANG, sources.stack("omega_ang"))
-    _write_motion(writer, test_masses, sources, mutual)
+    _write_motion(writer, test_masses, sources, pulls.mutual)
     by_area = _by_area(unit, found)
     writer.write(SENSITIVITY.AREA_CONTRIBUTION_ACCELERATION, by_area["acceleration"])
     writer.write(SENSITIVITY.AREA_CONTRIBUTION_ANGULAR_ACCELERATION, by_area["angular_acceleration"])
     writer.write(SENSITIVITY.AREA_CONTRIBUTION_GAMMA_LIN, by_area["gamma_lin"])
-    pulls = {name: sources.stack(name) for name in BY_AREA}
+    pulled = {name: sources.stack(name) for name in BY_AREA}
     groups, of_blocks = distortion.strings(DISTORTION.AREA_GROUP), by_group(blocks, sources.of_blocks(blocks))
-    verdicts = verdicts_at_rest(config, sources.names, pulls, by_area, groups, of_blocks)
+    verdicts = verdicts_at_rest(config, sources.names, pulled, by_area, groups, of_blocks)
     write_verdicts(writer, verdicts)
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write(SENSITIVITY.ROW_LABEL, labels)
     writer.write(SENSITIVITY.ROW_UNIT, units)
-    write_blocks(writer, blocks, ties, distortion, masses.position)
-    tied = tied_operators(test_masses, blocks, sources.block_quadrature, ties, masses.position, masses.lever_node)
-    sensitivity = self_gravity_sensitivity(found, tied, masses.lever_node, distortion, writer, step)
+    moved = None if given is None else given.columns.blocks
+    write_blocks(writer, blocks, pulls.ties, distortion, pulls.masses.position, moved)
+    levers = pulls.masses.lever_node
+    if given is None:
+        sensitivity = self_gravity_sensitivity(found, pulls.tied, levers, distortion, writer, step)
+    else:
+        write_operator(writer, *operator_rows(found, pulls.tied), levers)
+        sensitivity = given.columns.columns[: len(labels)]
     writer.write(SENSITIVITY.S, sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
     if config.uncertainty.test_mass:
-        rates = position_sensitivity(config, masses, blocks, ties, distortion, step)
+        if given is None:
+            rates = position_sensitivity(config, pulls.masses, blocks, pulls.ties, distortion, step)
+        else:
+            rates = position_columns(config, given.columns.columns[len(labels) :])
         writer.write(SENSITIVITY.DS_DPOSITION, rates, units="per m and per /area/unit, see /row/unit")
     names = distortion.strings(DISTORTION.AREA_NAME)
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
@@ -203,45 +196,6 @@ def _build(
         [s.sources for s in found],
         list(config.gravity.subsystems),
     )
-
-
-def _sources(
-    structure: list[StructureGravity],
-    test_masses: list[TestMass],
-    blocks: list[CompensationMass],
-    mutual: dict[tuple[int, int], tuple[SelfGravity, float]],
-    config: ModelConfig,
-) -> Sources:
-    none = self_gravity(np.zeros((0, 3)), np.zeros(0), test_masses[0])
-    count = range(len(test_masses))
-    other = [functools.reduce(operator.add, (f for (i, _), (f, _) in mutual.items() if i == t), none) for t in count]
-    other_error = [max((e for (i, _), (_, e) in mutual.items() if i == t), default=0.0) for t in count]
-    own_error = np.nan if config.gravity.mass_model == "lumped" else config.gravity.quadrature_tolerance
-    other_points = (len(test_masses) - 1) * config.gravity.other_test_mass_points**3
-    sources = Sources(
-        (STRUCTURE, OTHER_TEST_MASS),
-        [[s.field for s in structure], other],
-        [[own_error] * len(test_masses), other_error],
-        [[s.sources for s in structure], [other_points] * len(test_masses)],
-        [],
-    )
-    if not blocks:
-        return sources
-    g, tolerance = config.gravity.gravitational_constant_m3_kg_s2, config.gravity.compensation_tolerance
-    done = [field_of_compensation_masses(tm, blocks, g, tolerance=tolerance) for tm in test_masses]
-    return Sources(
-        (*sources.names, COMPENSATION),
-        [*sources.fields, [field for field, _, _ in done]],
-        [*sources.error, [error for _, error, _ in done]],
-        [*sources.points, [sum(how.points for how in quadrature) for _, _, quadrature in done]],
-        [how for _, _, quadrature in done for how in quadrature],
-    )
-
-
-def _mutual(test_masses: list[TestMass], g: float, points: int) -> dict[tuple[int, int], tuple[SelfGravity, float]]:
-    """Field on test mass i of test mass j and the error of its quadrature, by (i, j)."""
-    pairs = itertools.permutations(range(len(test_masses)), 2)
-    return {(i, j): field_of_other_test_mass(test_masses[i], test_masses[j], G=g, n=points) for i, j in pairs}
 
 
 def _write_motion(

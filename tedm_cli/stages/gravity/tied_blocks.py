@@ -13,7 +13,7 @@ from tedm_cli.files.store import Reader, Writer
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.gravity.ties import TiedOperator, follower, needs_rotations, tied_operator
-from tedm_cli.results.ties import Ties
+from tedm_cli.results.gravity.ties import Ties
 
 
 def tied_operators(
@@ -34,9 +34,15 @@ def tied_operators(
 
 
 def write_blocks(
-    writer: Writer, blocks: Sequence[CompensationMass], ties: Ties, distortion: Reader, position: FloatArray
+    writer: Writer,
+    blocks: Sequence[CompensationMass],
+    ties: Ties,
+    distortion: Reader,
+    position: FloatArray,
+    moved: FloatArray | None,
 ) -> None:
-    """Where each block is, what it follows, and its motion by that."""
+    """Where each block is, what it follows, and its motion by that; `moved` [k, B, 6]: that of the tied ones in their
+    order, where there is no [D] to tell it."""
     rows = [ties.rows(block.name) for block in blocks]
     writer.write(SENSITIVITY.COMPENSATION_NAME, [b.name for b in blocks])
     writer.write(SENSITIVITY.COMPENSATION_CENTRE, np.array([b.centre_m for b in blocks]).reshape(-1, 3))
@@ -46,10 +52,12 @@ def write_blocks(
     writer.write(SENSITIVITY.COMPENSATION_TIE, ["" if b.tie is None else b.tie.words for b in blocks])
     writer.write(SENSITIVITY.COMPENSATION_NODE_OFFSET, np.cumsum([0, *map(len, rows)]))
     writer.write(SENSITIVITY.COMPENSATION_NODE_INDEX, np.concatenate([np.zeros(0, dtype=np.int64), *rows]))
-    motion = np.zeros((distortion.dataset(DISTORTION.D_TRANSLATION).shape[0], len(blocks), 6))
-    for number, (block, nodes) in enumerate(zip(blocks, rows, strict=True)):
-        if block.tie:
-            motion[:, number] = _motion(distortion, nodes, position[nodes], block.centre_m)
+    areas = len(distortion.strings(DISTORTION.AREA_NAME))
+    motion = np.zeros((areas, len(blocks), 6))
+    tied = [number for number, block in enumerate(blocks) if block.tie]
+    for place, number in enumerate(tied):
+        nodes, centre = rows[number], blocks[number].centre_m
+        motion[:, number] = _motion(distortion, nodes, position[nodes], centre) if moved is None else moved[:, place]
     writer.write(SENSITIVITY.COMPENSATION_TRANSLATION, motion[..., :3])
     writer.write(SENSITIVITY.COMPENSATION_ROTATION, motion[..., 3:])
 

@@ -12,8 +12,8 @@ import numpy as np
 from tedm_cli.adjoint.materials import MaterialUse
 from tedm_cli.areas.selection import Selector
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.areas import id_ranges
 from tedm_cli.config.loads import INTERFACE, FootTable, LoadsConfig, MoistureReleaseTable
+from tedm_cli.config.model.areas import id_ranges
 from tedm_cli.contracts.spec import MOTIONS
 from tedm_cli.errors import ConfigError
 from tedm_cli.fem.structure import LoadCase, OnFreedoms, Structure

@@ -9,7 +9,7 @@ from typing import Any
 import scipy.sparse as sp
 
 from tedm_cli.config.loads import LoadsConfig
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.model.file import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import Structure

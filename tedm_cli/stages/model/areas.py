@@ -16,9 +16,9 @@ from tedm_cli.areas.materials import judge_materials
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
 from tedm_cli.areas.places import area_centroids, area_masses, area_points, element_owners
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.model.file import ModelConfig, load_model
+from tedm_cli.config.model.superelement import load_superelements
 from tedm_cli.config.project import Project
-from tedm_cli.config.superelement import load_superelements
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry

@@ -11,7 +11,7 @@ from tedm_cli.areas.configured import configured_areas, defines_areas
 from tedm_cli.areas.definitions import require_partition
 from tedm_cli.areas.materials import judge_materials
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.deck_units import DeckUnits
 from tedm_cli.errors import ConfigError, InputError

@@ -2,39 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.compensation import compensation_masses
-from tedm_cli.config.model import load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.columns import Columns, Sums
+from tedm_cli.config.model.compensation import compensation_masses
+from tedm_cli.config.model.file import ModelConfig, load_model
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.distortion import (
     Precision,
     RigidFit,
-    plausible_translation,
-    superposition_excess,
-    superposition_residual,
 )
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.files.blocks import SomeNodes, node_blocks
 from tedm_cli.files.build_folder import DISTORTION_FILE, UNIT_LOADS_FILE, provenance
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.gravity.ties import read_ties, require_ties
 from tedm_cli.results.optics import AREA_COMMA
 from tedm_cli.results.sides import require_plane
-from tedm_cli.results.ties import Ties, read_ties, require_ties
 from tedm_cli.results.unit_loads import areas_of_rows, lever_nodes_of
 from tedm_cli.stages.common import copy_areas, copy_places, out_path
 from tedm_cli.stages.layout_match import match_grids
-
-IMPLAUSIBLE = 100.0  # times the free growth of the whole model
+from tedm_cli.stages.model.distortion_checks import (
+    Reductions,
+    check_plausible,
+    check_tied_turning,
+    check_turning,
+    precision_of,
+    still_ties,
+    superposition,
+)
 
 
 @dataclass(frozen=True)
@@ -54,28 +61,63 @@ class DistortionSummary:
     notes: tuple[str, ...] = ()
 
 
-def build_distortion(project: Project, output: Path | None, step: Step) -> DistortionSummary:
+@dataclass(frozen=True, eq=False)
+class GivenMotions:
+    """What was reduced of results in parts, of all areas; the files that it is from."""
+
+    columns: Columns
+    sums: Sums
+    parts: Sequence[Path] = ()
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The elements of a layout on the grids of a model: their rows and names, and remarks."""
+
+    rows: IntArray
+    names: list[str]
+    notes: tuple[str, ...]
+
+
+def bench_on(
+    project: Project, layout: OpticalLayout | None, model: ModelConfig, ids: IntArray, position: FloatArray
+) -> Bench:
+    """The optical elements of a project on grids with `ids` [N] and `position` [N,3] (m); none without optics.
+
+    Raises
+    ------
+    ConfigError : a layout that does not fit the model or its configuration.
+    """
+    if project.optics is None or layout is None:
+        return Bench(np.zeros(0, dtype=np.int64), [], ())
+    match = match_grids(layout, project.optics, model, project.model, ids, position)
+    match.require()
+    rows = np.searchsorted(ids, np.array([e.grid for e in layout.bench], dtype=np.int64))
+    return Bench(rows, [e.name for e in layout.bench], tuple(match.notes))
+
+
+def build_distortion(
+    project: Project, output: Path | None, step: Step, given: GivenMotions | None = None
+) -> DistortionSummary:
     """Scale the unit loads to one kelvin, gather the optical elements, and check superposition and plausibility.
 
     The layout must fit the model that was ingested, and its configuration. A project without optics has no optical
-    elements to gather.
+    elements to gather. What is `given` is in place of the displacements of grids, which then are not kept.
     """
-    bench = None if project.optics is None else load_layout(project.optics)
     _, model = load_model(project.model)
     source = project.build_dir / UNIT_LOADS_FILE
     out = out_path(project, DISTORTION_FILE, output)
+    layout = None if project.optics is None else load_layout(project.optics)
+    parts = () if given is None else given.parts
     with (
         open_checked(source, UNIT_LOADS) as unit,
-        create(out, DISTORTION, provenance([] if bench is None else [bench[0]], [source])) as writer,
+        create(out, DISTORTION, provenance([] if layout is None else [layout[0]], [source, *parts])) as writer,
     ):
-        rows, names, notes = np.zeros(0, dtype=np.int64), list[str](), tuple[str, ...]()
         position = unit.array(UNIT_LOADS.GRID_POSITION)
-        if bench is not None and project.optics is not None:
-            ids, elements = unit.array(UNIT_LOADS.GRID_ID), bench[1].bench
-            match = match_grids(bench[1], project.optics, model, project.model, ids, position)
-            match.require()
-            rows = np.searchsorted(ids, np.array([e.grid for e in elements], dtype=np.int64))
-            names, notes = [e.name for e in elements], tuple(match.notes)
+        bench = bench_on(
+            project, None if layout is None else layout[1], model, unit.array(UNIT_LOADS.GRID_ID), position
+        )
+        rows, names = bench.rows, bench.names
         require_plane(unit, project, model)
         require_ties(unit, compensation_masses(project, model))
         writer.write(DISTORTION.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
@@ -86,16 +128,18 @@ def build_distortion(project: Project, output: Path | None, step: Step) -> Disto
             writer.write(DISTORTION.OPTICAL_GRID, unit.array(UNIT_LOADS.GRID_ID)[rows])
             writer.write(DISTORTION.OPTICAL_POSITION, position[rows])
             writer.write(DISTORTION.OPTICAL_AREA, [AREA_COMMA.join(own) for own in areas_of_rows(unit, rows)])
-        result = _scale_areas(unit, writer, rows, names, out, step)
-    return replace(result, notes=(*notes, *result.notes))
+        means = ~read_areas(unit).gradient
+        found = _stream(unit, writer, rows, step, means) if given is None else _given(unit, writer, given, means)
+        result = _checked(unit, writer, found, rows, names, out)
+    return replace(result, notes=(*bench.notes, *result.notes))
 
 
-def _scale_areas(
-    unit: Reader, writer: Writer, rows: IntArray, names: list[str], out: Path, step: Step
+def _checked(
+    unit: Reader, writer: Writer, found: Reductions, rows: IntArray, names: list[str], out: Path
 ) -> DistortionSummary:
+    """Judge what was found, and write what is small."""
     areas = read_areas(unit)
-    found = _stream(unit, writer, rows, step, ~areas.gradient)
-    _check_plausible(unit, areas, found.largest)
+    check_plausible(unit, areas, found.largest)
     flat = [n for j, n in enumerate(names) if not np.any(found.optical_rotation[:, j])]
     if flat:
         raise PhysicsError(
@@ -104,15 +148,15 @@ def _scale_areas(
             hint="a grid of solids alone has no rotation; tie the element's grid with RBE2 or RBE3",
         )
     ties = read_ties(unit)
-    _check_tied_turning(unit, ties, found.stiff)
-    _check_turning(unit, found.stiff)
+    check_tied_turning(unit, ties, found.stiff)
+    check_turning(unit, found.stiff)
     if names:
         writer.write(DISTORTION.D_OPT_TRANSLATION, found.optical_translation)
         writer.write(DISTORTION.D_OPT_ROTATION, found.optical_rotation)
     writer.write(DISTORTION.CHECK_MAX_TRANSLATION, found.largest)
     writer.write(DISTORTION.CHECK_RIGID_TRANSLATION, found.rigid_translation)
     writer.write(DISTORTION.CHECK_RIGID_ROTATION, found.rigid_rotation)
-    superposition = _superposition(unit, writer, found, rows)
+    residual = superposition(unit, writer, found, rows)
     worst = _largest(areas, found.largest, "mean")
     bent = _largest(areas, found.largest, "gradient") if areas.gradient.any() else None
     return DistortionSummary(
@@ -120,12 +164,12 @@ def _scale_areas(
         len(areas),
         len(found.total),
         len(rows),
-        superposition,
+        residual,
         *worst,
         float(np.abs(found.rigid_translation[found.means]).max()),
-        _precision(unit),
+        precision_of(unit),
         bent,
-        _still_ties(ties, found),
+        still_ties(ties, found),
     )
 
 
@@ -136,37 +180,27 @@ def _largest(areas: AreaTable, largest: FloatArray, kind: str) -> tuple[float, s
     return float(largest[row]), str(areas.name[row])
 
 
-def _precision(unit: Reader) -> Precision:
-    """Of the results that the unit loads are from."""
-    return "double" if unit.string(UNIT_LOADS.RESULTS_PRECISION) == "double" else "single"
+def _given(unit: Reader, writer: Writer, given: GivenMotions, means: BoolArray) -> Reductions:
+    """The same from results that were reduced in parts."""
+    levers, found, sums = lever_nodes_of(unit), given.columns, given.sums
+    writer.write(DISTORTION.D_OFFSET_NODE, levers)
+    return Reductions(
+        means=means,
+        optical_translation=found.optical_translation,
+        optical_rotation=found.optical_rotation,
+        largest=found.largest,
+        rigid_translation=found.rigid_translation,
+        rigid_rotation=found.rigid_rotation,
+        total=sums.total,
+        size=sums.size,
+        lever_rows=levers,
+        total_turn=sums.total_turn,
+        turn_size=sums.turn_size,
+        stiff=levers[sums.moving & ~sums.turned],
+    )
 
 
-@dataclass(frozen=True)
-class _Reductions:
-    """What one pass over the unit loads leaves besides [D], all per kelvin, or kelvin per metre.
-
-    means : [k], the areas of a mean temperature: sums are over these, and make the uniform load.
-    optical_translation, optical_rotation : [k,E,3]; largest : [k], length of the largest translation of any grid;
-    rigid_translation, rigid_rotation : [k,3]; total : [N,3], sum over areas, and size : [N], of the lengths;
-    lever_rows : [L], grids with a lever, total_turn : [L,3] and turn_size : [L] the same of their rotations; stiff :
-    rows of those that move and never turn.
-    """
-
-    means: BoolArray
-    optical_translation: FloatArray
-    optical_rotation: FloatArray
-    largest: FloatArray
-    rigid_translation: FloatArray
-    rigid_rotation: FloatArray
-    total: FloatArray
-    size: FloatArray
-    lever_rows: IntArray
-    total_turn: FloatArray
-    turn_size: FloatArray
-    stiff: IntArray
-
-
-def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step, means: BoolArray) -> _Reductions:
+def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step, means: BoolArray) -> Reductions:
     """Write [D] area by area and piece by piece; what is held does not grow with the number of areas times grids.
 
     Of loads of 1 K nothing is written: [D] is a view of the displacements where these are in the same folder.
@@ -220,7 +254,7 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step, means: Boo
             turn_size += np.linalg.norm(turn, axis=1)
         step(i + 1, count, "scaling unit loads")
     rigid_t, rigid_r = fit.motions(moments)
-    return _Reductions(
+    return Reductions(
         means=means,
         optical_translation=optical_t,
         optical_rotation=optical_r,
@@ -233,115 +267,4 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step, means: Boo
         total_turn=total_turn,
         turn_size=turn_size,
         stiff=offset_nodes[moving & ~turned],
-    )
-
-
-def _check_turning(unit: Reader, rows: IntArray) -> None:
-    """A lever needs the rotation of its grid; a grid that moves and never turns has none."""
-    if rows.size:
-        ids = unit.array(UNIT_LOADS.GRID_ID)[rows]
-        shown = ", ".join(map(str, ids[:8])) + (" ..." if ids.size > 8 else "")
-        raise PhysicsError(
-            f"grids that carry offset masses or elements, but never rotate under any load: {shown}",
-            where=str(unit.path),
-            hint="a grid of solids alone has no rotation; put the mass on a grid of its own, tied by RBE2 or RBE3",
-        )
-
-
-def _check_tied_turning(unit: Reader, ties: Ties, rows: IntArray) -> None:
-    """The same of grids that turn tied blocks; others of a block may move without rotations of their own."""
-    stiff = {name: found for name in ties.block if (found := np.intersect1d(ties.rows(name), rows)).size}
-    if stiff:
-        ids = unit.array(UNIT_LOADS.GRID_ID)
-        shown = ", ".join(f"{name} (grid {ids[found[0]]})" for name, found in list(stiff.items())[:8])
-        raise PhysicsError(
-            f"compensation masses tied to grids that move, but never rotate under any load: {shown}",
-            where=str(unit.path),
-            hint="tie each to three grids or more that are not in a line, or to a grid held by RBE2 or RBE3",
-        )
-
-
-def _still_ties(ties: Ties, found: _Reductions) -> tuple[str, ...]:
-    """Remarks on tied blocks that no load moves."""
-    turned = np.zeros(len(found.size))
-    turned[found.lever_rows] = found.turn_size
-    still = [name for name in ties.block if not (found.size + turned)[ties.rows(name)].any()]
-    return (f"tied compensation masses whose grids no load moves: {', '.join(still)}",) if still else ()
-
-
-def _check_plausible(unit: Reader, areas: AreaTable, largest: FloatArray) -> None:
-    position = unit.array(UNIT_LOADS.GRID_POSITION)
-    scale = plausible_translation(unit.array(UNIT_LOADS.ELEMENT_EXPANSION), position)
-    still = [str(a) for a, m in zip(areas.name, largest, strict=True) if m == 0]
-    if still:
-        more = f" and {len(still) - 5} more" if len(still) > 5 else ""
-        raise PhysicsError(
-            f"areas whose unit load moves nothing: {', '.join(still[:5])}{more}",
-            where=str(unit.path),
-            hint="do the materials of their elements have an expansion (`tedm areas` names those without), and are"
-            " their grids free to move?",
-        )
-    extent = float(np.linalg.norm(np.ptp(position, axis=0)))
-    # 1 K/m curves what is free by its expansion per metre: over a length L it moves by half of that times L².
-    scales = scale * np.where(areas.gradient, extent / 2.0, 1.0)
-    worst = int(np.divide(largest, scales, out=np.zeros_like(largest), where=scales > 0.0).argmax())
-    if scale > 0 and largest[worst] > IMPLAUSIBLE * scales[worst]:
-        unit_text, free = ("m/(K/m)", "free bending") if areas.gradient[worst] else ("m/K", "free growth")
-        raise PhysicsError(
-            f"area '{areas.name[worst]}' moves a grid by {largest[worst]:.3g} {unit_text};"
-            f" {free} is {scales[worst]:.3g} {unit_text}",
-            where=str(unit.path),
-            hint="is the model held (free-free models drift), are lengths in metres, expansions in 1/K?",
-        )
-
-
-def _superposition(unit: Reader, writer: Writer, found: _Reductions, rows: IntArray) -> float | None:
-    """Write and judge what the sum of the areas of a mean temperature leaves of the uniform load.
-
-    Judged are translations, and the rotations that are used.
-    """
-    if not unit.has(UNIT_LOADS.UNIFORM_TRANSLATION):
-        return None
-    load = unit.number(UNIT_LOADS.UNIFORM_LOAD_K)
-    uniform, turn = unit.array(UNIT_LOADS.UNIFORM_TRANSLATION) / load, unit.array(UNIT_LOADS.UNIFORM_ROTATION) / load
-    turning = found.optical_rotation[found.means]
-    optics = turning.sum(axis=0)
-    translation = superposition_residual(found.total, uniform)
-    writer.write(DISTORTION.CHECK_SUPERPOSITION_TRANSLATION, translation)
-    if rows.size:
-        writer.write(DISTORTION.CHECK_SUPERPOSITION_OPTICS, superposition_residual(optics, turn[rows]))
-    size = found.size + np.linalg.norm(uniform, axis=1)
-    _judge(unit, "translation", found.total - uniform, size, np.arange(len(size)), translation, 0.0)
-    used = np.concatenate([rows, found.lever_rows])
-    turned = np.concatenate([np.linalg.norm(turning, axis=2).sum(axis=0), found.turn_size])
-    total = np.concatenate([optics, found.total_turn])
-    extent = float(np.ptp(unit.array(UNIT_LOADS.GRID_POSITION), axis=0).max())
-    turned += np.linalg.norm(turn[used], axis=1)
-    if used.size:
-        rotation = superposition_residual(total, turn[used])
-        _judge(unit, "rotation", total - turn[used], turned, used, rotation, float(size.max()) / extent)
-    return translation
-
-
-def _judge(
-    unit: Reader, what: str, gap: FloatArray, size: FloatArray, rows: IntArray, residual: float, floor: float
-) -> None:
-    precision = _precision(unit)
-    excess = superposition_excess(gap, size, floor, precision)
-    if excess.max() <= 1.0:
-        return
-    worst = int(excess.argmax())
-    hint = "is an area missing from the deck, do the results belong to another deck, or did the solver iterate?"
-    if precision == "double" and superposition_excess(gap, size, floor, "single").max() <= 1.0:
-        hint = (
-            "single precision would allow it: did the solver iterate, or is the stiffness badly conditioned?"
-            " The OP2 of the same run is judged by single precision"
-        )
-    raise PhysicsError(
-        f"the unit loads of the areas do not add up to the uniform load: the {what} of grid"
-        f" {unit.array(UNIT_LOADS.GRID_ID)[rows[worst]]} is off by {np.linalg.norm(gap[worst]):.2g}"
-        f" {'rad' if what == 'rotation' else 'm'}/K, {excess[worst]:.2g} times what {precision} precision allows"
-        f" ({(excess > 1.0).sum()} of {len(excess)} grids; relative difference {residual:.2g})",
-        where=str(unit.path),
-        hint=hint,
     )

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.body import ModelParts
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.body import ModelParts
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.gravity.mass_properties import MassProperties, mass_properties
 from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses, mass_distribution

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
+from tedm_cli.config.model.superelement import AREA_COLUMNS, MASS_COLUMNS
 from tedm_cli.config.project import Project
-from tedm_cli.config.superelement import AREA_COLUMNS, MASS_COLUMNS
 from tedm_cli.deck_units import MOMENT, DeckUnits
 from tedm_cli.errors import InputError, PhysicsError, UsageError
 from tedm_cli.fem.condensation import condense, part_grids, part_of, warms

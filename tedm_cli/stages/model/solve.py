@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.config.model import ModelConfig, load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.file import ModelConfig, load_model
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import ConfigError, PhysicsError, UsageError

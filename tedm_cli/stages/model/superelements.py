@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
+from tedm_cli.config.model.superelement import Superelement, load_superelements
 from tedm_cli.config.project import Project
-from tedm_cli.config.superelement import Superelement, load_superelements
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.fem.superelement import ReducedMatrices, made_free, require_stiffness
 from tedm_cli.nastran.geometry import ModelGeometry, rows_of

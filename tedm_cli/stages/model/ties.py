@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.errors import ConfigError
 from tedm_cli.gravity.compensation import CompensationMass, Tie
 from tedm_cli.gravity.ties import needs_rotations, own_rotation
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
 from tedm_cli.nastran.membership import Membership, membership
-from tedm_cli.results.ties import Ties
+from tedm_cli.results.gravity.ties import Ties
 from tedm_cli.stages.model.masses import element_of_member, parts_of_test_mass
 
 _NOTHING = ("PLOTEL", "CHBDYG", "CHBDYE", "CHBDYP")  # these hold nothing

@@ -12,10 +12,10 @@ from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.model.file import ModelConfig, load_model
 from tedm_cli.config.project import Project
-from tedm_cli.config.temperature_spectrum import SpectrumColumns
-from tedm_cli.config.temperature_tables import table_paths, temperature_model
+from tedm_cli.config.temperature.spectrum import SpectrumColumns
+from tedm_cli.config.temperature.tables import table_paths, temperature_model
 from tedm_cli.config.uncertainty import MeshDeviation
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import ConfigError, InputError, TedmError
@@ -32,12 +32,12 @@ from tedm_cli.noise.resemblance import resemblance
 from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
-from tedm_cli.results.case_file import write_case
-from tedm_cli.results.network_comparison import Comparison, comparison, write_comparison
+from tedm_cli.results.adjoint.within import CaseGradients, and_spectra, case_gradients, with_gradients
+from tedm_cli.results.cases.file import write_case
+from tedm_cli.results.cases.uncertainty import write_uncertainty
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
-from tedm_cli.results.thermal_case import thermal_columns
-from tedm_cli.results.uncertainty import write_uncertainty
-from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients, with_gradients
+from tedm_cli.results.thermal.case import thermal_columns
+from tedm_cli.results.thermal.comparison import Comparison, comparison, write_comparison
 from tedm_cli.stages.noise.network_uncertainty import of_network, require_disturbances
 from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
 from tedm_cli.stages.noise.uncertainty import Uncertain, uncertain

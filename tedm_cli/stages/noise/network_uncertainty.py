@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.config.cases import CasesConfig
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.case_run import CaseResult, judged_outputs
 from tedm_cli.noise.disturbances import OutputsByClass

@@ -8,7 +8,7 @@ from pathlib import Path
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.series import SeriesTable
 from tedm_cli.contracts import SERIES
@@ -21,7 +21,7 @@ from tedm_cli.noise.log_spectrum import require_speckit
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import write_areas
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.results.thermal_nodes import node_outputs
+from tedm_cli.results.thermal.nodes import node_outputs
 from tedm_cli.stages.series_result import Regular, SeriesResult, judge_all, store, welch_segment, write_result
 from tedm_cli.stages.temperature_series import SeriesColumns, run_each, sample_series, series_files, treatment_words
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray
-from tedm_cli.config.areas import id_ranges
 from tedm_cli.config.cases import CasesConfig
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.correlation.uncertain import Pairs
+from tedm_cli.config.model.areas import id_ranges
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
-from tedm_cli.config.uncertain_correlation import Pairs
 from tedm_cli.config.uncertainty import AXES, MaterialDeviation, MeshDeviation
 from tedm_cli.contracts import ADJOINT, SENSITIVITY
 from tedm_cli.errors import ConfigError, InputError
@@ -26,9 +26,9 @@ from tedm_cli.noise.differences import rows_of
 from tedm_cli.noise.requirements import Criteria, in_band
 from tedm_cli.noise.selection import BlockSelector, listed, select
 from tedm_cli.noise.sources import AnyNoise
-from tedm_cli.results.derivatives import Derivatives, read_derivatives, read_position_rows
+from tedm_cli.results.adjoint.derivatives import Derivatives, read_derivatives, read_position_rows
+from tedm_cli.results.adjoint.within import CaseGradients
 from tedm_cli.results.outputs import ModelOutputs
-from tedm_cli.results.within import CaseGradients
 from tedm_cli.stages.noise.other_mesh import OtherMesh, other_mesh
 from tedm_cli.uncertainty.parameters import EXPANSION, MESH, NORMAL, Parameter, Parameters
 from tedm_cli.uncertainty.response import Effects, Ratio

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.config.model import load_model
-from tedm_cli.config.optics import load_optics
+from tedm_cli.config.model.file import load_model
+from tedm_cli.config.optics.layout import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, OPTICS
 from tedm_cli.errors import InputError

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.model import ModelTable, load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.file import ModelTable, load_model
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError, PhysicsError, TedmError
 from tedm_cli.nastran.positions import frames_of, grid_positions

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.base import read_toml
 from tedm_cli.config.imported import law_of, sensitivity_of
-from tedm_cli.config.optics import OpticsConfig, beside
+from tedm_cli.config.optics.layout import OpticsConfig, beside
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.matrix_files.csv_file import read_csv
 from tedm_cli.matrix_files.mat_file import read_mat

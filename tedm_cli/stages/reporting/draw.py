@@ -8,89 +8,89 @@ from typing import TYPE_CHECKING
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import OPTICS, UNIT_LOADS
-from tedm_cli.figures.pages import MapPage
+from tedm_cli.figures.drawing.pages import MapPage
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.exaggerated import traced_bench
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.results.adjoint_map import OutputMap
-from tedm_cli.results.case_temperatures import read_temperatures
-from tedm_cli.results.deciding import Pair
-from tedm_cli.results.disturbances import all_together, strictest_of
-from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
-from tedm_cli.results.dynamics_in_time import RealisedCase, read_simulated_series
-from tedm_cli.results.field import dc_verdicts
-from tedm_cli.results.imposed import ImposedMotion
-from tedm_cli.results.noise import CaseNoise, JudgedOutput
-from tedm_cli.results.series import read_series
-from tedm_cli.results.thermal_groups import (
+from tedm_cli.results.adjoint.map import OutputMap
+from tedm_cli.results.cases.deciding import Pair
+from tedm_cli.results.cases.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.cases.series import read_series
+from tedm_cli.results.cases.temperatures import read_temperatures
+from tedm_cli.results.dynamics.imposed import ImposedMotion
+from tedm_cli.results.dynamics.in_time import RealisedCase, read_simulated_series
+from tedm_cli.results.dynamics.loop import LoopOutput, LoopStability, SimulatedCase
+from tedm_cli.results.gravity.field import dc_verdicts
+from tedm_cli.results.thermal.disturbances import all_together, strictest_of
+from tedm_cli.results.thermal.groups import (
     GroupGains,
     GroupTemperatures,
     read_mapped_temperatures,
 )
 
 if TYPE_CHECKING:
-    from tedm_cli.figures.adjoint_map import MapViews
-    from tedm_cli.figures.spec import Figure
+    from tedm_cli.figures.drawing.spec import Figure
+    from tedm_cli.figures.model.adjoint_map import MapViews
 
 
 def ratios(cases: Sequence[CaseNoise], kinds: Sequence[str]) -> Figure:
-    from tedm_cli.figures.ratios import ratios_figure
+    from tedm_cli.figures.cases.ratios import ratios_figure
 
     return ratios_figure(cases, kinds)
 
 
 def overlay(cases: Sequence[CaseNoise], kind: str) -> Figure:
-    from tedm_cli.figures.overlay import overlay_figure
+    from tedm_cli.figures.cases.overlay import overlay_figure
 
     return overlay_figure(cases, kind)
 
 
 def each_case(cases: Sequence[CaseNoise], kind: str) -> Figure:
-    from tedm_cli.figures.small_multiples import cases_figure
+    from tedm_cli.figures.cases.small_multiples import cases_figure
 
     return cases_figure(cases, kind)
 
 
 def certainty(cases: Sequence[CaseNoise], kind: str) -> Figure:
-    from tedm_cli.figures.certainty import certainty_figure
+    from tedm_cli.figures.cases.certainty import certainty_figure
 
     return certainty_figure(cases, kind)
 
 
 def chances(pairs: Sequence[Pair]) -> Figure:
-    from tedm_cli.figures.chances import chances_figure
+    from tedm_cli.figures.cases.chances import chances_figure
 
     return chances_figure(pairs)
 
 
 def contributors(case: CaseNoise, j: JudgedOutput) -> Figure:
-    from tedm_cli.figures.contributors import contributors_figure
+    from tedm_cli.figures.cases.contributors import contributors_figure
 
     return contributors_figure(case, j)
 
 
 def improvement(case: CaseNoise, j: JudgedOutput) -> Figure:
-    from tedm_cli.figures.improvement import improvement_figure
+    from tedm_cli.figures.cases.improvement import improvement_figure
 
     return improvement_figure(case, j)
 
 
 def temperature(cases: Sequence[Reader]) -> Figure:
-    from tedm_cli.figures.spectra import temperature_figure
+    from tedm_cli.figures.cases.spectra import temperature_figure
 
     return temperature_figure(read_temperatures(cases))
 
 
 def field_ratio(length_mm: FloatArray, ratio: Mapping[str, FloatArray], title: str) -> Figure:
-    from tedm_cli.figures.field_ratio import field_ratio_figure
+    from tedm_cli.figures.model.field_ratio import field_ratio_figure
 
     return field_ratio_figure(length_mm, ratio, title)
 
 
 def self_gravity_by_area(page: MapPage, areas: AreaTable) -> Figure:
-    from tedm_cli.figures.area_maps import map_figure
+    from tedm_cli.figures.model.area_maps import map_figure
 
     return map_figure(page, areas, "Self-gravity sensitivity by area")
 
@@ -102,13 +102,13 @@ def field_at_rest(sensitivity: Reader) -> Figure:
 
 
 def case(noise: CaseNoise) -> Figure:
-    from tedm_cli.figures.spectra import case_figure
+    from tedm_cli.figures.cases.spectra import case_figure
 
     return case_figure(noise)
 
 
 def series(file: Reader, requirements: Sequence[AppliedRequirement], confidence: float) -> Figure:
-    from tedm_cli.figures.series import series_figure
+    from tedm_cli.figures.cases.series import series_figure
 
     return series_figure(read_series(file, requirements, confidence))
 
@@ -144,25 +144,25 @@ def realisation(realised: RealisedCase) -> Figure:
 
 
 def simulated_series(file: Reader, requirements: Sequence[AppliedRequirement], confidence: float) -> Figure:
-    from tedm_cli.figures.series import series_figure
+    from tedm_cli.figures.cases.series import series_figure
 
     return series_figure(read_simulated_series(file, requirements, confidence))
 
 
 def adjoint_map(views: Callable[[], MapViews], found: OutputMap, bound: float, title: str, unit: str) -> Figure:
-    from tedm_cli.figures.adjoint_map import adjoint_figure
+    from tedm_cli.figures.model.adjoint_map import adjoint_figure
 
     return adjoint_figure(views(), found.density, bound, title, unit)
 
 
 def steady_temperatures(found: GroupTemperatures) -> Figure:
-    from tedm_cli.figures.steady_temperatures import temperatures_figure
+    from tedm_cli.figures.thermal.steady_temperatures import temperatures_figure
 
     return temperatures_figure(found)
 
 
 def temperature_map(views: Callable[[], MapViews], thermal: Reader, unit_loads: Path) -> Figure:
-    from tedm_cli.figures.temperature_map import temperature_figure
+    from tedm_cli.figures.model.temperature_map import temperature_figure
 
     with open_checked(unit_loads, UNIT_LOADS) as unit:
         temperature = read_mapped_temperatures(thermal, unit)
@@ -172,7 +172,7 @@ def temperature_map(views: Callable[[], MapViews], thermal: Reader, unit_loads: 
 
 
 def thermal_gains(found: GroupGains, disturbances: Sequence[int]) -> Figure:
-    from tedm_cli.figures.thermal_gains import gains_figure
+    from tedm_cli.figures.thermal.gains import gains_figure
 
     return gains_figure(found, disturbances)
 
@@ -180,42 +180,42 @@ def thermal_gains(found: GroupGains, disturbances: Sequence[int]) -> Figure:
 def thermal_low_passes(
     found: GroupGains, disturbances: Sequence[int], assumed: Sequence[tuple[float, float]]
 ) -> Figure:
-    from tedm_cli.figures.thermal_low_passes import low_passes_figure
+    from tedm_cli.figures.thermal.low_passes import low_passes_figure
 
     return low_passes_figure(found, disturbances, assumed)
 
 
 def disturbance_shares(case: CaseNoise) -> Figure:
-    from tedm_cli.figures.disturbances import shares_figure
+    from tedm_cli.figures.thermal.disturbances import shares_figure
 
     return shares_figure(case)
 
 
 def required_stability(case: CaseNoise) -> Figure:
-    from tedm_cli.figures.disturbances import stability_figure
+    from tedm_cli.figures.thermal.disturbances import stability_figure
 
     return stability_figure(case, strictest_of(case), all_together(case))
 
 
 def disturbance_spectra(case: CaseNoise) -> Figure:
-    from tedm_cli.figures.disturbances import spectra_figure
+    from tedm_cli.figures.thermal.disturbances import spectra_figure
 
     return spectra_figure(case)
 
 
 def bench(layout: OpticalLayout) -> Figure:
-    from tedm_cli.figures.bench import bench_figure
+    from tedm_cli.figures.optics.bench import bench_figure
 
     return bench_figure(layout, traced_bench(layout))
 
 
 def optical_sensitivity(layout: OpticalLayout, optics: Reader) -> Figure:
-    from tedm_cli.figures.matrix import sensitivity_map
+    from tedm_cli.figures.optics.matrix import sensitivity_map
 
     return sensitivity_map(layout, optics.array(OPTICS.S_BW))
 
 
 def read_out_by_area(page: MapPage, areas: AreaTable) -> Figure:
-    from tedm_cli.figures.area_maps import noise_map
+    from tedm_cli.figures.model.area_maps import noise_map
 
     return noise_map(page, areas, "Read-out by area")

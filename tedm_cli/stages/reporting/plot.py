@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tedm_cli.config.project import Project
-from tedm_cli.figures.pages import CELL, in_parts, map_pages
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.pages import CELL, in_parts, map_pages
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import replacing
 from tedm_cli.gravity.requirements import DcVerdict
@@ -21,10 +21,9 @@ from tedm_cli.noise.flight_results import flight_results
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import maps_by_kind
 from tedm_cli.results.build_folder import Matrices, Results, open_results
-from tedm_cli.results.case_file import read_case
-from tedm_cli.results.deciding import deciding_pairs, worth_showing
-from tedm_cli.results.field import dc_verdicts, place_text
-from tedm_cli.results.noise import (
+from tedm_cli.results.cases.deciding import deciding_pairs, worth_showing
+from tedm_cli.results.cases.file import read_case
+from tedm_cli.results.cases.noise import (
     REALISATION_CONFIDENCE,
     CaseNoise,
     NamedImprovement,
@@ -32,7 +31,8 @@ from tedm_cli.results.noise import (
     temperature_words,
     titled,
 )
-from tedm_cli.results.self_gravity import gravity_maps
+from tedm_cli.results.gravity.field import dc_verdicts, place_text
+from tedm_cli.results.gravity.self_gravity import gravity_maps
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, quantity
 from tedm_cli.stages.reporting import draw
@@ -45,7 +45,7 @@ from tedm_cli.stages.reporting.plot_series import series_specs
 from tedm_cli.stages.reporting.plot_thermal import thermal_specs
 
 if TYPE_CHECKING:
-    from tedm_cli.figures.spec import Figure
+    from tedm_cli.figures.drawing.spec import Figure
 
 FIGURES = "figures"
 
@@ -63,7 +63,7 @@ def plot(
     ConfigError : a bench is asked for, of a project without optics.
     InputError : a case of the configuration has not been run, or stems from other inputs than those there now.
     """
-    from tedm_cli.figures.style import pdf, svg
+    from tedm_cli.figures.drawing.style import pdf, svg
 
     write = {"svg": svg, "pdf": pdf}[form]
     folder = output_dir if output_dir is not None else project.build_dir / FIGURES

@@ -11,22 +11,22 @@ import numpy as np
 
 from tedm_cli.adjoint.places import density_bound
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.report.where import binding_output
-from tedm_cli.results.adjoint import field_ratio, read_field_error
-from tedm_cli.results.adjoint_map import has_map, read_map, read_mapped_model
+from tedm_cli.results.adjoint.file import field_ratio, read_field_error
+from tedm_cli.results.adjoint.map import has_map, read_map, read_mapped_model
 from tedm_cli.results.build_folder import Results
-from tedm_cli.results.deciding import without_repeats
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.cases.deciding import without_repeats
+from tedm_cli.results.cases.noise import CaseNoise
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import unit_text
 from tedm_cli.stages.reporting import draw
 
 if TYPE_CHECKING:
-    from tedm_cli.figures.adjoint_map import MapViews
+    from tedm_cli.figures.model.adjoint_map import MapViews
 
 SECTION = "where"
 
@@ -85,8 +85,8 @@ def model_views(results: Results) -> Callable[[], MapViews] | None:
 
     @cache
     def found() -> MapViews:
-        from tedm_cli.figures.adjoint_map import MapViews
-        from tedm_cli.figures.model_views import Mesh
+        from tedm_cli.figures.model.adjoint_map import MapViews
+        from tedm_cli.figures.model.views import Mesh
 
         path = adjoint.path.with_name(UNIT_LOADS_FILE)
         require_input(adjoint, input_files([path])[0])

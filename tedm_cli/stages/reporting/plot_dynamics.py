@@ -8,11 +8,11 @@ from pathlib import Path
 
 from tedm_cli.dynamics.judging import THERMAL
 from tedm_cli.dynamics.signals import DELTA_G
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.results.build_folder import Results
-from tedm_cli.results.dynamics import FAMILIES, LoopOutput, LoopStability, SimulatedCase, read_closed_loop
-from tedm_cli.results.noise import titled
+from tedm_cli.results.cases.noise import titled
+from tedm_cli.results.dynamics.loop import FAMILIES, LoopOutput, LoopStability, SimulatedCase, read_closed_loop
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, ratio_text
 from tedm_cli.stages.reporting import draw

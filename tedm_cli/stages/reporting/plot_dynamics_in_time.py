@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name, simulated_series_file_name
 from tedm_cli.results.build_folder import Results
-from tedm_cli.results.dynamics_in_time import IN_TIME, read_realised
-from tedm_cli.results.noise import REALISATION_CONFIDENCE
-from tedm_cli.results.series import read_series_summary
+from tedm_cli.results.cases.noise import REALISATION_CONFIDENCE
+from tedm_cli.results.cases.series import read_series_summary
+from tedm_cli.results.dynamics.in_time import IN_TIME, read_realised
 from tedm_cli.stages.reporting import draw
 
 

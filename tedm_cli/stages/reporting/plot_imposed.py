@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.results.build_folder import Results
-from tedm_cli.results.imposed import ImposedMotion, read_imposed
+from tedm_cli.results.dynamics.imposed import ImposedMotion, read_imposed
 from tedm_cli.stages.reporting import draw
 
 

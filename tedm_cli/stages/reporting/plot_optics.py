@@ -14,8 +14,8 @@ from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import UsageError
-from tedm_cli.figures.pages import NUMBER, SHARES, in_parts, map_pages, without_twins
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.pages import NUMBER, SHARES, in_parts, map_pages, without_twins
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.optics.benches import benches
@@ -29,7 +29,7 @@ from tedm_cli.results.wording import READ_OUT_UNIT, and_text, number_text, the_b
 from tedm_cli.stages.reporting import draw
 
 if TYPE_CHECKING:
-    from tedm_cli.figures.spec import Figure
+    from tedm_cli.figures.drawing.spec import Figure
 
 _QUANTITY = {"m": "displacement", "rad": "angle"}
 
@@ -145,7 +145,7 @@ def worst_area(read_out: FloatArray, of: BoolArray) -> int:
 
 def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int], bench: str) -> Figure:
     """What makes some read-outs of one set that share a unit, each under the area with the largest."""
-    from tedm_cli.figures.shares import ReadOutShares, shares_figure
+    from tedm_cli.figures.optics.shares import ReadOutShares, shares_figure
 
     noise = r.N[name]
     means = ~areas.gradient
@@ -188,7 +188,7 @@ def _area_spec(optics: ReadOutMatrices, distortion: Reader, areas: AreaTable, ar
 
 
 def _load_figure(optics: ReadOutMatrices, distortion: Reader, area: int, load: str) -> Figure:
-    from tedm_cli.figures.bench import exaggerated_figure
+    from tedm_cli.figures.optics.bench import exaggerated_figure
 
     layout, r, bench = optics.layout, read_read_outs(optics.reader), read_bench_motion(distortion)
     motion = motion_of_elements(layout, bench.motion[area], bench.position_m)

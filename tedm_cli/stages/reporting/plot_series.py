@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.files.build_folder import series_file_name
 from tedm_cli.results.build_folder import Results
-from tedm_cli.results.series import read_series_summary
+from tedm_cli.results.cases.series import read_series_summary
 from tedm_cli.stages.reporting import draw
 
 

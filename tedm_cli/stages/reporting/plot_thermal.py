@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tedm_cli.figures.pages import in_parts
-from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.figures.drawing.pages import in_parts
+from tedm_cli.figures.drawing.spec import FigureSpec
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, case_file_name
 from tedm_cli.report.thermal import SECTION
 from tedm_cli.results.build_folder import Results
-from tedm_cli.results.deciding import DIAGNOSTIC
-from tedm_cli.results.noise import CaseNoise
-from tedm_cli.results.thermal_groups import has_mapped_temperatures, read_group_gains, read_group_temperatures
+from tedm_cli.results.cases.deciding import DIAGNOSTIC
+from tedm_cli.results.cases.noise import CaseNoise
+from tedm_cli.results.thermal.groups import has_mapped_temperatures, read_group_gains, read_group_temperatures
 from tedm_cli.stages.reporting import draw
 
 if TYPE_CHECKING:
-    from tedm_cli.figures.adjoint_map import MapViews
+    from tedm_cli.figures.model.adjoint_map import MapViews
 
 GAINS, LOW_PASSES = 6, 19  # disturbances of a figure
 _WHAT = {"temperature": "the temperatures of boundaries", "power": "powers"}

@@ -21,18 +21,18 @@ from tedm_cli.report.inline import read_figure
 from tedm_cli.report.markdown import to_markdown
 from tedm_cli.report.provenance import ReportFile
 from tedm_cli.report.where import Where, binding_output
-from tedm_cli.results.adjoint import AdjointResults, field_ratio, read_adjoint
-from tedm_cli.results.adjoint_map import has_map, read_map, read_mapped_model
+from tedm_cli.results.adjoint.file import AdjointResults, field_ratio, read_adjoint
+from tedm_cli.results.adjoint.map import has_map, read_map, read_mapped_model
 from tedm_cli.results.build_folder import Results, open_results
-from tedm_cli.results.case_file import read_case
-from tedm_cli.results.dynamics import read_closed_loop
-from tedm_cli.results.effects import own_effects
-from tedm_cli.results.field import read_field
+from tedm_cli.results.cases.effects import own_effects
+from tedm_cli.results.cases.file import read_case
+from tedm_cli.results.cases.noise import CaseNoise
+from tedm_cli.results.cases.series import read_series_summary
+from tedm_cli.results.dynamics.loop import read_closed_loop
+from tedm_cli.results.gravity.field import read_field
 from tedm_cli.results.model import read_distortion_size, read_model_size
-from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import read_optics
-from tedm_cli.results.series import read_series_summary
-from tedm_cli.results.thermal_network import read_thermal_network
+from tedm_cli.results.thermal.network import read_thermal_network
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
 
@@ -84,7 +84,7 @@ def _rendered(document: Document, fmt: Format, path: Path, other: str, figures: 
         return to_html(document, other).encode()
     if fmt == "md":
         return to_markdown(document, Path(relpath(figures, path.parent)).as_posix(), other).encode()
-    from tedm_cli.figures.fonts import font_folder
+    from tedm_cli.figures.drawing.fonts import font_folder
     from tedm_cli.report.pdf import to_pdf
 
     try:

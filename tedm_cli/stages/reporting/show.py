@@ -24,15 +24,15 @@ from tedm_cli.contracts import (
     UNIT_LOADS,
 )
 from tedm_cli.files.store import Reader, kind_of, open_checked
-from tedm_cli.results.adjoint import read_adjoint
-from tedm_cli.results.balance import read_balance
-from tedm_cli.results.dynamics import read_stability
-from tedm_cli.results.field import dc_verdicts
-from tedm_cli.results.imposed import read_imposed
+from tedm_cli.results.adjoint.file import read_adjoint
+from tedm_cli.results.cases.uncertainty import as_dict, read_uncertainty
+from tedm_cli.results.dynamics.imposed import read_imposed
+from tedm_cli.results.dynamics.loop import read_stability
+from tedm_cli.results.gravity.balance import read_balance
+from tedm_cli.results.gravity.field import dc_verdicts
 from tedm_cli.results.loads import read_loads
-from tedm_cli.results.thermal import read_thermal
+from tedm_cli.results.thermal.file import read_thermal
 from tedm_cli.results.trade import read_trade
-from tedm_cli.results.uncertainty import as_dict, read_uncertainty
 
 
 def show_dict(path: Path) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.exports.mesh import label_of_cells
 from tedm_cli.fem.surface import outer_surface
-from tedm_cli.figures.colours import area_colours
+from tedm_cli.figures.drawing.colours import area_colours
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Reader, open_checked, replacing
@@ -21,10 +21,10 @@ from tedm_cli.gravity.bodies.solid import cuboid_mesh
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results, open_results
-from tedm_cli.results.case_network import of_network
-from tedm_cli.results.compensation import read_blocks
+from tedm_cli.results.gravity.compensation import read_blocks
 from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.thermal.case_shares import of_network
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.unit_loads import area_of_grids
 from tedm_cli.results.wording import capital
@@ -40,6 +40,7 @@ from tedm_cli.view.payload import Box, Drawing, ViewModel, payload, planes
 VIEW_FILE = "view.html"
 _BINARY = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of VTK's hexahedron in the order of `_CUBE`
 _CUBE, _BRICK = cuboid_mesh(np.full(3, -0.5), np.full(3, 0.5))
+AT_REST = "The structure is drawn at rest: displacements of grids were not kept when its results were reduced"
 MOST_NUMBERS = 6_000_000  # displacements in a page, of all areas: 12 MB before they are deflated
 _MOST_TRIANGLES = 5_000  # of a test mass; one with more is drawn as the cuboid that holds it
 
@@ -49,6 +50,7 @@ class ViewWritten:
     """What was written: how many of the model's grids are drawn, and how many cases and series are there.
 
     left_out : cases of the thermal network and series of thermal nodes, which are no areas that the page could move.
+    moving : whether the structure moves; else the displacements of its grids were not kept.
     """
 
     path: Path
@@ -57,6 +59,7 @@ class ViewWritten:
     cases: int
     series: int
     left_out: tuple[str, ...]
+    moving: bool
 
 
 def view(project: Project, output: Path | None, step: Step, most_numbers: int = MOST_NUMBERS) -> ViewWritten:
@@ -75,6 +78,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
                 require_input(file, one)
         of_model = read_outputs(project)
         outputs = of_model.with_differences(results.config.applied_requirements())
+        moving = results.distortion.has(DISTORTION.D_TRANSLATION)
         drawing = _drawing(project, results, unit, outputs.areas, most_numbers, step)
         content = ViewModel(
             title=project.title,
@@ -88,7 +92,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
             cases=case_views(project, results, of_model, step),
             series=series_films(project, results, outputs.areas),
             drawing=drawing,
-            half=results.half,
+            half=". ".join(filter(None, (results.half, AT_REST * (not moving)))),
         )
         text = page(project.title, payload(content))
         nodes = [f"case {file.string(CASE.CASE_ID)}" for file in results.cases if of_network(file)]
@@ -96,7 +100,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     drawn, there = (len(drawing.mesh.grid), drawing.grids), (len(content.cases), len(content.series))
-    return ViewWritten(path, *drawn, *there, tuple(nodes))
+    return ViewWritten(path, *drawn, *there, tuple(nodes), moving)
 
 
 def _drawing(
@@ -128,7 +132,10 @@ def _drawing(
 
 
 def _motion(distortion: Reader, grid: IntArray, step: Step) -> Quantised:
-    """[D] of the drawn grids, read area by area."""
+    """[D] of the drawn grids, read area by area; zeros where it was not kept."""
+    if not distortion.has(DISTORTION.D_TRANSLATION):
+        areas = len(distortion.strings(DISTORTION.AREA_NAME))
+        return quantised(np.zeros((areas, 3 * len(grid))))
     dataset = distortion.dataset(DISTORTION.D_TRANSLATION)
     k = dataset.shape[0]
     rows = []

@@ -9,7 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.project import Project
-from tedm_cli.config.temperature_tables import temperature_model
+from tedm_cli.config.temperature.tables import temperature_model
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
 from tedm_cli.files.store import Reader
@@ -20,12 +20,12 @@ from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.realisation import Plan, temperature_blocks
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
+from tedm_cli.results.adjoint.within import and_spectra, case_gradients, with_gradients
 from tedm_cli.results.build_folder import Results
-from tedm_cli.results.case_file import read_case, read_correlation
-from tedm_cli.results.case_network import of_network
-from tedm_cli.results.noise import CaseNoise, titled
+from tedm_cli.results.cases.file import read_case, read_correlation
+from tedm_cli.results.cases.noise import CaseNoise, titled
 from tedm_cli.results.outputs import ModelOutputs
-from tedm_cli.results.within import and_spectra, case_gradients, with_gradients
+from tedm_cli.results.thermal.case_shares import of_network
 from tedm_cli.results.wording import mhz_text
 from tedm_cli.view.patterns import typical_pattern
 from tedm_cli.view.payload import CaseView, Film, Limits, VerdictView

@@ -15,7 +15,7 @@ from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.files.build_folder import THERMAL_FILE, provenance
 from tedm_cli.files.store import Writer, create, open_checked
 from tedm_cli.progress import Step
-from tedm_cli.results.thermal import ThermalResults, read_thermal
+from tedm_cli.results.thermal.file import ThermalResults, read_thermal
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.thermal.map import NodeSensitivity, node_sensitivity
 from tedm_cli.stages.thermal.map_names import names_of_both

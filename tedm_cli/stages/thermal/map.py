@@ -18,8 +18,8 @@ from tedm_cli.files.provenance import ConfigFile, input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.mapping.averages import NONE, averages
 from tedm_cli.mapping.node_map import ConductedMap, WeightedMap
-from tedm_cli.results.adjoint import read_adjoint
-from tedm_cli.results.adjoint_temperatures import TemperatureEffects, read_temperature_effects
+from tedm_cli.results.adjoint.file import read_adjoint
+from tedm_cli.results.adjoint.temperatures import TemperatureEffects, read_temperature_effects
 from tedm_cli.stages.thermal.map_build import Mapping, build_map
 from tedm_cli.stages.thermal.map_model import FiniteElements, finite_elements
 

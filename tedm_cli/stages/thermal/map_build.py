@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.node_weights import read_node_weights
+from tedm_cli.config.temperature.node_weights import read_node_weights
 from tedm_cli.config.thermal.map import MapTable
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.fem.conduction import conducting_links, conduction_matrix

@@ -10,16 +10,16 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.project import Project
-from tedm_cli.config.temperature_tables import temperature_model
+from tedm_cli.config.temperature.tables import temperature_model
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.files.build_folder import case_file_name, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.network import NetworkOutputs
-from tedm_cli.results.case_network import of_network
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.results.thermal_case import thermal_columns
+from tedm_cli.results.thermal.case import thermal_columns
+from tedm_cli.results.thermal.case_shares import of_network
 from tedm_cli.stages.common import known_name
 from tedm_cli.stages.thermal.map_tau import Given
 

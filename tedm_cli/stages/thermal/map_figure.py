@@ -14,9 +14,9 @@ from tedm_cli.stages.thermal.map_output import MappedField
 
 def draw_field(path: Path, project: Project, mapped: MappedField, number: int) -> None:
     """Draw one set of temperatures."""
-    from tedm_cli.figures.adjoint_map import MapViews
-    from tedm_cli.figures.model_views import Mesh
-    from tedm_cli.figures.temperature_map import temperature_figure
+    from tedm_cli.figures.model.adjoint_map import MapViews
+    from tedm_cli.figures.model.temperature_map import temperature_figure
+    from tedm_cli.figures.model.views import Mesh
 
     fem = mapped.mapping.fem
     e = fem.geometry.elements

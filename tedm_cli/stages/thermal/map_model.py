@@ -14,7 +14,7 @@ from tedm_cli.areas.configured import configured_areas, defines_areas
 from tedm_cli.areas.definitions import DefinedAreas
 from tedm_cli.areas.places import corner_areas, element_owners, grid_owners
 from tedm_cli.arrays import IntArray
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.model.file import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.mapping.averages import Volumes

@@ -18,9 +18,9 @@ from tedm_cli.files.store import open_checked
 from tedm_cli.noise.realisation import Plan
 from tedm_cli.progress import Step, counter
 from tedm_cli.quantities import DURATION
-from tedm_cli.results.disturbed_network import DisturbedNetwork, read_network
-from tedm_cli.results.thermal import require_network
-from tedm_cli.results.thermal_nodes import REBUILD
+from tedm_cli.results.thermal.disturbed_network import DisturbedNetwork, read_network
+from tedm_cli.results.thermal.file import require_network
+from tedm_cli.results.thermal.nodes import REBUILD
 from tedm_cli.stages.thermal.disturbances import given_disturbances, realised_disturbances
 from tedm_cli.stages.thermal.node_table import Write, node_table, require_format
 from tedm_cli.stages.thermal.spectra_check import CheckedNodes, SpectraCheck, lowest_checked_hz

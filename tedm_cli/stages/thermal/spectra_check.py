@@ -9,7 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.noise.realisation import Plan
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, Window, samples_wanted, segment_length, through_window
-from tedm_cli.results.disturbed_network import DisturbedNetwork
+from tedm_cli.results.thermal.disturbed_network import DisturbedNetwork
 from tedm_cli.thermal.spectra import node_factor
 from tedm_cli.thermal.transfer import transfer
 

@@ -13,11 +13,11 @@ from tedm_cli.config.project import NO_OPTICS
 from tedm_cli.config.trade import ONE_MHZ, CriterionTable
 from tedm_cli.dynamics.signals import DELTA_G
 from tedm_cli.gravity.requirements import AT_REST_UNITS, DcVerdict, dc_quantities
-from tedm_cli.results.deciding import worst_of
-from tedm_cli.results.dynamics import LoopOutput, SimulatedCase
-from tedm_cli.results.field import FieldAtRest, place_text, symbol, worst_at_rest
+from tedm_cli.results.cases.deciding import worst_of
+from tedm_cli.results.cases.noise import CaseNoise, JudgedOutput, limit_named
+from tedm_cli.results.dynamics.loop import LoopOutput, SimulatedCase
+from tedm_cli.results.gravity.field import FieldAtRest, place_text, symbol, worst_at_rest
 from tedm_cli.results.model import ModelSize
-from tedm_cli.results.noise import CaseNoise, JudgedOutput, limit_named
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.wording import and_text, count, mhz_text
 from tedm_cli.stages.trade.found import LacksError, VariantResults

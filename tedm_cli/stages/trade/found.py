@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 from tedm_cli.config.cases import CasesConfig, load_cases
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import NO_OPTICS, Project
 from tedm_cli.config.trade import CriterionTable
 from tedm_cli.contracts import CASE, LOADS, SENSITIVITY, SIMULATION, UNIT_LOADS, FileKind
@@ -20,14 +20,14 @@ from tedm_cli.files.build_folder import (
     simulation_file_name,
 )
 from tedm_cli.files.store import Reader, open_checked
-from tedm_cli.results.case_file import NoiseAt, read_case, read_noise_at
-from tedm_cli.results.deciding import DIAGNOSTIC, LIKELY
-from tedm_cli.results.dynamics import SimulatedCase, read_simulation
-from tedm_cli.results.field import FieldAtRest, read_field
+from tedm_cli.results.cases.deciding import DIAGNOSTIC, LIKELY
+from tedm_cli.results.cases.file import NoiseAt, read_case, read_noise_at
+from tedm_cli.results.cases.noise import CaseNoise
+from tedm_cli.results.dynamics.loop import SimulatedCase, read_simulation
+from tedm_cli.results.dynamics.no_loop import why_no_loop
+from tedm_cli.results.gravity.field import FieldAtRest, read_field
 from tedm_cli.results.loads import LoadResults, read_loads
 from tedm_cli.results.model import ModelSize, read_model_size
-from tedm_cli.results.no_loop import why_no_loop
-from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.wording import and_text
 
 T = TypeVar("T")

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from tedm_cli.config.cases import CasesConfig, load_cases
-from tedm_cli.config.dynamics import load_dynamics
+from tedm_cli.config.dynamics.loop import load_dynamics
 from tedm_cli.config.project import Project
 from tedm_cli.config.trade import CriterionTable, TradeConfig
 from tedm_cli.errors import ConfigError, TedmError

@@ -29,7 +29,7 @@ def write_page(path: Path) -> list[Path]:
     ------
     InputError : the file is no trade, or the page cannot be written.
     """
-    from tedm_cli.figures.style import svg
+    from tedm_cli.figures.drawing.style import svg
 
     folder = path.parent
     with open_checked(path, TRADE) as file:
@@ -54,7 +54,7 @@ def write_page(path: Path) -> list[Path]:
 
 
 def _rendered(document: Document) -> Sequence[tuple[str, bytes]]:
-    from tedm_cli.figures.fonts import font_folder
+    from tedm_cli.figures.drawing.fonts import font_folder
     from tedm_cli.report.html import to_html
     from tedm_cli.report.markdown import to_markdown
     from tedm_cli.report.pdf import to_pdf

@@ -1,0 +1,1 @@
+"""Configuration of the model: decks, results, areas, test masses, blocks."""

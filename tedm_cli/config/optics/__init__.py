@@ -1,0 +1,1 @@
+"""The optical layout file: read strictly, checked across its tables and against the model."""

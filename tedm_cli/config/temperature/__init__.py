@@ -1,0 +1,1 @@
+"""Configuration of temperature noise: spectra, areas, tables of thermal nodes."""

@@ -1,0 +1,1 @@
+"""Figures of correlation cases: spectra, ratios, contributors, and how sure they are."""

@@ -1,0 +1,1 @@
+"""What all figures are drawn with: style, keys, labels, cells, and their specification."""

@@ -1,0 +1,1 @@
+"""Figures on the finite-element model, its mesh and its thermal areas."""

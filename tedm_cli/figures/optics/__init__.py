@@ -1,0 +1,1 @@
+"""Figures of the optical bench and its sensitivity matrix."""

@@ -1,0 +1,1 @@
+"""What adjoint.h5 says, and columns of it that cases take up."""

@@ -1,0 +1,1 @@
+"""What thermal.h5 and cases of the network say."""
