@@ -16,6 +16,7 @@ from tedm_cli.contracts.spec import (
     GridIds,
     Values,
 )
+from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
 _OPTICS = "optics"  # absent where the project has none
 
@@ -32,6 +33,7 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         BASIC,
         True,
         group=ON_GRIDS,
+        view_of=(UNIT_LOADS.name, UNIT_LOADS.TRANSLATION),  # where every load is of 1 K: the same numbers
     )
     D_OFFSET_NODE = Dataset(
         "/D/offset_node",

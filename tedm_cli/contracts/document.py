@@ -32,6 +32,12 @@ UTF-8 of fixed length, filled with zeros, and therefore covered by both (`asstr(
 covered by the seal only. The values MUST be as the tables say. All parts MUST be in the file itself: soft and external
 links, virtual datasets and external storage are refused, and so are arrays that were not completely written.
 
+There is one exception. [D] of loads of 1 K is the displacements themselves. It is then a virtual dataset onto
+unit_loads.h5 in the same folder: the numbers are on the disk once, and h5py, xarray and MATLAB still find them in
+distortion.h5. Copy and move the two files together. Without unit_loads.h5 beside it, HDF5 itself reads zeros and says
+nothing. So a reader MUST take the numbers from unit_loads.h5, and only if its SHA-256 is the one in `/provenance`. Who
+writes into this dataset with another program writes into unit_loads.h5, which then no longer fits its seal.
+
 If a path ends with a name in braces, there is one dataset for each name; if such datasets are optional, for some
 names. The optional datasets of a group are all present or all absent; those of the optical elements in distortion.h5
 are one group.
@@ -70,6 +76,7 @@ def document(kinds: Iterable[FileKind]) -> str:
         for path, d in kind.datasets.items():
             dims = ", ".join(f"{n}={kind.fixed_dims[n]}" if n in kind.fixed_dims else n for n in d.dims) or "scalar"
             unit = "varies" if d.units is None else d.units
-            meaning = "; ".join([d.long_name, *([d.frame] if d.frame else []), *d.values.rules()])
+            view = [f"may be a virtual dataset onto `{d.view_of[1]}` of {d.view_of[0]}.h5"] if d.view_of else []
+            meaning = "; ".join([d.long_name, *([d.frame] if d.frame else []), *d.values.rules(), *view])
             lines.append(f"| `{path}` | {dims} | {d.dtype} | {unit} | {meaning}{' (optional)' if d.optional else ''} |")
     return "\n".join([*lines, "", _ORIGIN]) + "\n"

@@ -103,6 +103,9 @@ class Dataset(str):
     A path with a name in braces (`/psd/{output}`) stands for a family of datasets, one for each name.
 
     `group`: optional datasets of one group come together; the first part of the path, unless another is given.
+
+    `view_of`: a kind of file among the inputs, and a dataset in it: this one MAY be a virtual dataset onto that, whole,
+    in the file of that kind's name beside its own. So what both hold is on the disk once.
     """
 
     path: str
@@ -115,6 +118,7 @@ class Dataset(str):
     values: Values = Values()
     open_ended: bool = False
     group: str = ""
+    view_of: tuple[str, str] | None = None
 
     def __new__(cls, path: str, *_: Any, **__: Any) -> Dataset:
         return super().__new__(cls, path)

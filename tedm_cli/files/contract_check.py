@@ -16,6 +16,7 @@ from tedm_cli.files.contract_values import value_problems
 from tedm_cli.files.datasets import found
 from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
 from tedm_cli.files.scales import is_scale, scale_problems
+from tedm_cli.files.views import view_source
 
 DTYPES = {"float": np.float64, "real": np.float64, "int": np.int64, "complex": np.complex128}
 _HELD = {"float": ("f8",), "real": ("f4", "f8"), "int": ("i8",), "complex": ("c16",)}
@@ -96,7 +97,7 @@ def _dataset_problems(data: Any, spec: Dataset, dims: dict[str, int]) -> Iterato
     if shape is None:
         yield "is not a dataset"
         return
-    if elsewhere := kept_elsewhere(data):
+    if elsewhere := kept_elsewhere(data, view_source(spec)):
         yield elsewhere
         return
     dtype = data.dtype  # asked for once, as HDF5 is each time

@@ -43,13 +43,13 @@ from tedm_cli.files.held_file import HeldFile, Sink
 from tedm_cli.files.processes import is_alive
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
 from tedm_cli.files.scales import Scales, is_scale
-from tedm_cli.files.seal import digests, identity_of, of_another_file, seal
+from tedm_cli.files.seal import seal
+from tedm_cli.files.sealed_file import NO_CACHE, sealed
+from tedm_cli.files.views import ViewSources, is_view, make_view, view_source
 from tedm_cli.interrupts import unfinished, whole
 
-_NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
 _SHOWN = 5  # problems of one file that a message lists
 _NAME_BYTES = 200  # of a target's name in that of its temporary, which must not be too long where the target's is not
-_REPLACED = 20  # times that a file may be replaced between its sum and its opening, before we give up
 _CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
 _version_of = cache(version)  # each asks for the metadata of the installed package anew
 _fitting: set[tuple[str, str]] = set()  # SHA-256 and kind of the files whose contents this process has found to fit
@@ -89,6 +89,24 @@ class Writer:
         dtype = np.float32 if single else DTYPES[spec.dtype]
         return Allocated(self._make(path, spec, shape, dtype, units), self._sink, check)
 
+    def view(self, path: str, source: Reader) -> bool:
+        """Make a dataset a view of the one in `source` that its contract allows, in place of its numbers.
+
+        False, and nothing is made, where the two files are not in one folder: together they can be moved.
+        """
+        spec = self._spec(path)
+        wanted = view_source(spec)
+        if wanted is None:
+            raise TedmError(f"internal: {self._kind.name} {path} is no view of anything")
+        beside = self._target.parent / wanted[0]
+        if not (beside.exists() and os.path.samefile(beside, source.path)):
+            return False
+        held = source.dataset(wanted[1])
+        dtype = np.float32 if held.single else DTYPES[spec.dtype]
+        self._require_shape(path, spec, held.shape)
+        self._describe(make_view(self._file, path, held.shape, dtype, wanted), spec, None)
+        return True
+
     def _require_finite(self, path: str, spec: Dataset, value: AnyArray) -> None:
         """The last line of defence: a result that is not finite is none."""
         if problem := finite_problem(spec, value):
@@ -103,15 +121,21 @@ class Writer:
         return find_spec(self._kind, path)
 
     def _make(self, path: str, spec: Dataset, shape: tuple[int, ...], dtype: Any, units: str | None) -> Any:
+        self._require_shape(path, spec, shape)
+        axis = next((i for i, dim in enumerate(spec.dims) if dim in _CHUNKED), 0)
+        chunks = tuple(1 if i < axis else min(n, BLOCK_NODES) if i == axis else n for i, n in enumerate(shape))
+        return self._describe(new_dataset(self._file, path, shape, dtype, chunks), spec, units)
+
+    def _require_shape(self, path: str, spec: Dataset, shape: tuple[int, ...]) -> None:
         problem = shape_problem(spec, shape, self._dims)
         if problem:
             raise TedmError(f"internal: {self._kind.name} {path}: {problem}")
-        axis = next((i for i, dim in enumerate(spec.dims) if dim in _CHUNKED), 0)
-        chunks = tuple(1 if i < axis else min(n, BLOCK_NODES) if i == axis else n for i, n in enumerate(shape))
-        dataset = new_dataset(self._file, path, shape, dtype, chunks)
+
+    def _describe(self, dataset: Any, spec: Dataset, units: str | None) -> Any:
+        """Give a new dataset its attributes."""
         unit = spec.units if spec.units is not None else units
         if unit is None:
-            raise TedmError(f"internal: {self._kind.name} {path}: no unit given")
+            raise TedmError(f"internal: {self._kind.name} {dataset.name}: no unit given")
         say(dataset, "units", unit)
         say(dataset, "long_name", spec.long_name)
         if spec.frame:
@@ -155,6 +179,11 @@ class Reader:
         self._file = file
         self.kind = kind
         self.path = path
+        self._sources = ViewSources(path)
+
+    def close(self) -> None:
+        """Close what was opened beside the file itself."""
+        self._sources.close()
 
     def has(self, path: str) -> bool:
         return path in self._file
@@ -177,9 +206,12 @@ class Reader:
     def dataset(self, path: str) -> Blocks:
         """A numeric dataset, for stages that read it in blocks; `InputError` where a family of datasets lacks it."""
         try:
-            return Blocks(opened(self._file, path), self.path)
+            found = opened(self._file, path)
         except KeyError:
             raise self.absent(path) from None
+        if not is_view(found):
+            return Blocks(found, self.path)
+        return self._sources.blocks(found, find_spec(self.kind, path), self.kind.made_by, self.provenance().inputs)
 
     def absent(self, path: str) -> InputError:
         """The error for a dataset that is not there, be it one that is kept only where all results were."""
@@ -242,7 +274,7 @@ class Reader:
 def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Writer]:
     """Write a file of `kind` atomically; on any failure the file that was there before stays as it was."""
     with replacing(path) as temporary, contextlib.closing(HeldFile(temporary)) as sink:
-        with h5py.File(sink, "w", libver="v110", rdcc_nbytes=_NO_CACHE) as file:
+        with h5py.File(sink, "w", libver="v110", rdcc_nbytes=NO_CACHE) as file:
             writer = Writer(file, kind, path, sink)
             yield writer
             writer.finish(provenance)
@@ -310,7 +342,7 @@ def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
     InputError : missing, not as it was sealed, of another kind or version, or not as the contract says.
     """
     rebuild = f"make it with `{kind.made_by}`, or `tedm run`"
-    with _sealed(path, rebuild) as (file, sha256):
+    with sealed(path, rebuild) as (file, sha256):
         with reading(path):
             schema = attribute_text(file, "schema")
             found = attribute_text(file, "schema_version")
@@ -329,41 +361,13 @@ def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
             more = f"; and {len(problems) - _SHOWN} more" if len(problems) > _SHOWN else ""
             raise InputError("; ".join(problems[:_SHOWN]) + more, where=str(path), hint=f"re{rebuild}")
         _fitting.add((sha256, kind.name))
-        yield Reader(file, kind, path)
-
-
-@contextlib.contextmanager
-def _sealed(path: Path, hint: str) -> Iterator[tuple[Any, str]]:
-    """A file that is as it was sealed, open for reading, and its SHA-256; HDF5 sees no other."""
-    where = str(path)
-    try:
-        file, sha256 = _opened(path, hint)
-    except FileNotFoundError:
-        raise InputError("no such file", where=where, hint=hint) from None
-    except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror or exc})", where=where, hint=hint) from None
-    with file:
-        yield file, sha256
-
-
-def _opened(path: Path, hint: str) -> tuple[Any, str]:
-    """As `_sealed`: where another run of a command puts a new file in its place meanwhile, that one is taken."""
-    for _ in range(_REPLACED):
-        summed = digests(path)
-        summed.refuse_unsealed(path, hint)
-        file = h5py.File(path, "r", rdcc_nbytes=_NO_CACHE)
-        now = identity_of(path)
-        if now == summed.identity:
-            return file, summed.whole
-        file.close()
-        if not of_another_file(now, summed.identity):
-            break
-    raise InputError("was changed while it was read", where=str(path), hint="run again when nothing writes it")
+        with contextlib.closing(Reader(file, kind, path)) as reader:
+            yield reader
 
 
 def kind_of(path: Path) -> FileKind:
     """The kind of a file, from its schema attribute."""
-    with _sealed(path, f"known: {', '.join(KINDS)}") as (file, _), reading(path):
+    with sealed(path, f"known: {', '.join(KINDS)}") as (file, _), reading(path):
         schema = attribute_text(file, "schema") or ""
     kind = KINDS.get(schema.removeprefix("tedm."))
     if kind is None:

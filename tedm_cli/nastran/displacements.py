@@ -221,9 +221,8 @@ def _without(got: GridMotion, scalar_points: Collection[int]) -> GridMotion:
 def _on_grids(got: GridMotion, asked: str, geometry: ModelGeometry, place: str) -> FloatArray:
     """Motion [N,6] on the grids of the model, whatever the order and the number of grids in the table."""
     ids = got.grid_id
-    finite = np.isfinite(got.motion).all(axis=1)
-    if not finite.all():
-        bad = ids[~finite]
+    if not np.isfinite(got.motion).all():  # row by row takes ten times as long
+        bad = ids[~np.isfinite(got.motion).all(axis=1)]
         raise InputError(
             f"{bad.size} of {len(ids):,} displacements are NaN or infinite: grid {id_list(bad)}",
             where=place,

@@ -175,7 +175,7 @@ def test_what_single_precision_explains_is_no_error() -> None:
         assert superposition_excess(gap, size).max() > 1.0
 
 
-@pytest.mark.parametrize("path", ["/D/translation", "/D_opt/rotation", "/grid/id", "/area/group"])
+@pytest.mark.parametrize("path", ["/check/max_translation", "/D_opt/rotation", "/grid/id", "/area/group"])
 def test_a_flipped_bit_between_stages_is_found(case: Case, path: str) -> None:
     with h5py.File(case.distortion) as file:
         chunk = file[path].id.get_chunk_info(0)

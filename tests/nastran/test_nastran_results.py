@@ -171,6 +171,40 @@ def mark_scalar(payloads: list[bytes]) -> list[bytes]:
     return out
 
 
+def test_every_subcase_of_a_file_in_an_order_of_its_own(op2: Path, geometry: ModelGeometry) -> None:
+    """Ids of grids are taken over from one subcase to the next where they are the same, and not otherwise."""
+    random = np.random.default_rng(5)
+
+    def shuffle(payloads: list[bytes]) -> list[bytes]:
+        tables = [p for p in payloads if len(p) == 7 * 32]
+        assert len(tables) == 3
+        rows = {p: np.frombuffer(p, "<i4").reshape(-1, 8)[random.permutation(7)] for p in tables[1:]}
+        return [rows[p].tobytes() if p in rows else p for p in payloads]
+
+    edit(op2, shuffle)
+    check(motions(op2, geometry))
+
+
+def test_what_was_read_stays_when_the_next_is_read(op2: Path) -> None:
+    with open_op2(op2) as (tables, read_table):
+        found = [read_table(table) for table in tables]
+    for got, motion in zip(found, MOTION, strict=True):
+        assert got.motion.dtype == np.float64  # in which the stages compute
+        np.testing.assert_array_equal(got.grid_id, np.arange(1, 8))
+        np.testing.assert_array_equal(got.motion[:6], motion)
+
+
+def test_a_block_longer_than_its_marker_says(op2: Path, geometry: ModelGeometry) -> None:
+    """The lengths of records agree with each other, and not with the words before."""
+
+    def shorten(payloads: list[bytes]) -> list[bytes]:
+        at = max(i for i, p in enumerate(payloads) if len(p) == 7 * 32)
+        return [*payloads[:at], payloads[at][:-32], *payloads[at + 1 :]]
+
+    edit(op2, shorten)
+    refused(op2, geometry, r"damaged between bytes [\d,]+ and [\d,]+: not as Nastran writes table OUGV1")
+
+
 def test_subcases_in_two_files(tmp_path: Path, geometry: ModelGeometry, op2: Path) -> None:
     other = tmp_path / "other.op2"
     write_op2(other, np.arange(1, 8), [(9, "RIGHT", np.zeros((7, 6)))])

@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.arrays import AnyArray, IntArray
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.op2.fortran_records import BlockReader
 from tedm_cli.nastran.op2.walk import ROW_WORDS, Walk, walked
 from tedm_cli.nastran.subcase_table import GridMotion, ReadTable, SubcaseTable
 
@@ -30,10 +32,11 @@ def open_op2(path: Path) -> Iterator[tuple[list[SubcaseTable], ReadTable]]:
     """
     with walked(path) as (walk, model):
         _check(walk)
+        rows = _Rows(model, path)
 
         def read(table: SubcaseTable) -> GridMotion:
             with walk.damage(model, table):
-                return _read(model, table, path)
+                return rows.read(table)
 
         yield sorted(walk.found, key=lambda t: t.subcase), read
 
@@ -58,19 +61,30 @@ def _check(walk: Walk) -> None:
             raise InputError(f"subcase {subcase} occurs {times} times (table {tables})", where=str(path))
 
 
-def _read(model: Any, table: SubcaseTable, path: Path) -> GridMotion:
-    reader = model.op2_reader
-    size, order = reader.size, model._uendian
-    records = []
-    for place in table.places:
-        reader._goto(place)
-        records.append(reader._read_record())
-    data = records[0] if len(records) == 1 else b"".join(records)
-    if not data or len(data) % (ROW_WORDS * size):
-        raise InputError(f"{len(data)} bytes are no rows of displacements", where=f"{path}: subcase {table.subcase}")
-    whole = np.frombuffer(data, f"{order}i{size}").reshape(-1, ROW_WORDS)
-    real = np.frombuffer(data, f"{order}f{size}").reshape(-1, ROW_WORDS)
-    grids: Any = whole[:, 1] == _STRUCTURAL_GRID
-    if grids.all():
-        grids = slice(None)  # a mask takes several times as long
-    return GridMotion((whole[grids, 0] // 10).astype(np.int64), real[grids, 2:].astype(np.float64))
+class _Rows:
+    """Reads the rows of displacement tables of an open OP2: in one buffer, and ids of grids once where they repeat."""
+
+    def __init__(self, model: Any, path: Path) -> None:
+        self._size, self._order, self._path = model.op2_reader.size, model._uendian, path
+        self._blocks = BlockReader(model.f, self._order, self._size)
+        self._row = np.dtype([("code", f"V{2 * self._size}"), ("motion", f"V{(ROW_WORDS - 2) * self._size}")])
+        self._codes: AnyArray = np.zeros((0, 2))
+        self._rows: Any = slice(None)
+        self._ids: IntArray = np.zeros(0, dtype=np.int64)
+
+    def read(self, table: SubcaseTable) -> GridMotion:
+        """The motion of one subcase."""
+        data = self._blocks.read(*table.places)
+        if not data or len(data) % (ROW_WORDS * self._size):
+            fact = f"{len(data)} bytes are no rows of displacements"
+            raise InputError(fact, where=f"{self._path}: subcase {table.subcase}")
+        whole = np.frombuffer(data, f"{self._order}i{self._size}").reshape(-1, ROW_WORDS)
+        if not (np.array_equal(whole[:, 0], self._codes[:, 0]) and np.array_equal(whole[:, 1], self._codes[:, 1])):
+            self._codes = whole[:, :2].copy()
+            grids = whole[:, 1] == _STRUCTURAL_GRID
+            self._rows = slice(None) if grids.all() else grids  # a mask takes several times as long
+            self._ids = (whole[self._rows, 0] // 10).astype(np.int64)
+        # As bytes [n]: six numbers of eight that are copied one by one take longer than to be made float64.
+        motion = np.ascontiguousarray(np.frombuffer(data, self._row)["motion"][self._rows])
+        numbers = motion.view(f"{self._order}f{self._size}").reshape(-1, ROW_WORDS - 2)
+        return GridMotion(self._ids, numbers.astype(np.float64))

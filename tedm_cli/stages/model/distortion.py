@@ -201,7 +201,10 @@ def _given(unit: Reader, writer: Writer, given: GivenMotions, means: BoolArray) 
 
 
 def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step, means: BoolArray) -> Reductions:
-    """Write [D] area by area and piece by piece; what is held does not grow with the number of areas times grids."""
+    """Write [D] area by area and piece by piece; what is held does not grow with the number of areas times grids.
+
+    Of loads of 1 K nothing is written: [D] is a view of the displacements where these are in the same folder.
+    """
     areas, load = unit.strings(UNIT_LOADS.AREA_NAME), unit.array(UNIT_LOADS.AREA_LOAD_K)
     fit = RigidFit(
         unit.array(UNIT_LOADS.GRID_POSITION),
@@ -213,7 +216,9 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step, means: Boo
     offset_nodes = lever_nodes_of(unit)
     writer.write(DISTORTION.D_OFFSET_NODE, offset_nodes)
     as_held = bool(np.all(load == 1.0))  # then nothing is divided, and single precision stays exact
-    target = writer.allocate(DISTORTION.D_TRANSLATION, source.shape, single=as_held and source.single)
+    target = None
+    if not (as_held and writer.view(DISTORTION.D_TRANSLATION, unit)):
+        target = writer.allocate(DISTORTION.D_TRANSLATION, source.shape, single=as_held and source.single)
     turning = writer.allocate(DISTORTION.D_ROTATION, (count, len(offset_nodes), 3))
     optics, levers = SomeNodes(rows), SomeNodes(offset_nodes)
     moving, turned = np.zeros((2, len(offset_nodes)), dtype=bool)
@@ -228,7 +233,8 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step, means: Boo
             move = held.astype(np.float64, copy=False)
             length = np.sqrt(np.einsum("ni,ni->n", move, move))
             largest[i] = np.maximum(largest[i], length.max())  # keeps what is not a number
-            target[i, block] = held
+            if target is not None:
+                target[i, block] = held
             moments[i] += fit.moments(block, move)
             if means[i]:
                 total[block] += move
