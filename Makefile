@@ -12,6 +12,7 @@ BUILD ?= build
 TRADE ?= configs/trade/mounts.toml
 ELEMENT_SIZE_MM ?=
 MODEL_ARGUMENTS ?=
+JOBS ?= 2
 FUZZ_SEED ?= 2026
 FUZZ_COUNT ?= 10000
 FUZZ_LOG ?= fuzz.log
@@ -29,10 +30,11 @@ CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f -o -
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: FORCE help all trade test quick coverage check format docs reference bench fuzz faults sample-small clean distclean
+.PHONY: FORCE help all stages trade test quick coverage check format docs reference bench fuzz faults sample-small clean distclean
 
 help: ## Show this help
 	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md), its annex, view.html"
+	@echo "make stages   the same, each stage by a process of its own (make -j2 stages: two at once)"
 	@echo "make trade    compare mounts of the sample (TRADE=FILE: other variants) in $(BUILD)/trade/trade.html"
 	@echo "make test     set up and run the tests"
 	@echo "make quick    run the tests of the pure rooms and of one chain: about a minute"
@@ -48,7 +50,7 @@ help: ## Show this help
 	@echo
 	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM (samples only; of the"
 	@echo "first one 15, about 9,000 nodes, where left out; 5.5 gives 114,000), MODEL_ARGUMENTS (samples only; of the"
-	@echo "first one '--mount pinned', hexapod, hexapod-x, bipods, clamped), PYTHON=$(PYTHON), VENV=$(VENV),"
+	@echo "first one '--mount pinned', hexapod, hexapod-x, bipods, clamped), JOBS=$(JOBS) (commands at once), PYTHON=$(PYTHON), VENV=$(VENV),"
 	@echo "NASTRAN='nastran {deck} scr=yes batch=no' (your own solver instead of the embedded one)"
 
 # pyNastran by a line of its own: on Python 3.13 its bound on numpy cannot be met, and need not be (see pyproject.toml).
@@ -123,7 +125,7 @@ distclean: clean
 
 # --- the chain -------------------------------------------------------------------------------------------------------
 # rules.mk tells what the project's configuration names: its model files and its cases.
-ifneq ($(filter all $(BUILD)/%,$(MAKECMDGOALS)),)
+ifneq ($(filter all stages $(BUILD)/%,$(MAKECMDGOALS)),)
 include $(BUILD)/rules.mk
 endif
 
@@ -136,8 +138,21 @@ $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)
 # A configuration file that the project no longer names may be gone.
 $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(THERMAL_TOML) $(LOADS_TOML) $(GRAVITY_SOURCES) $(SUPERELEMENTS): ;
 
-all: $(BUILD)/report.html $(BUILD)/view.html
+# Make tells by the rules below whether anything has to run; what has to, one `tedm run` does, with the commands of these
+# rules in as few processes as there are jobs, so that libraries are loaded once for all of them. The models of samples are
+# made first. This Make has seen to their arguments, and a rule that always runs would never be up to date.
+GENERATED = $(addprefix $(BUILD)/,ltp.bdf ltp_areas.csv ltp_spacecraft.bdf ltp_spacecraft_areas.csv lisa.bdf lisa_areas.csv \
+	thermal_nodes.csv thermal_conductors.csv thermal_powers.csv thermal_elements.csv)
+THIS_MAKE := $(MAKE)
+UP_TO_DATE = MAKEFLAGS= $(THIS_MAKE) -q -o $(BUILD)/model_arguments stages CONFIGS=$(CONFIGS) BUILD=$(BUILD) VENV=$(VENV) >/dev/null 2>&1
+RUN = $(TEDM) run -v -j $(JOBS) $(OPTIONS) $(if $(NASTRAN),--nastran '$(subst ','\'',$(NASTRAN))')
+
+all: $(filter $(GENERATED),$(MODEL_SOURCES) $(AREAS_CSV) $(THERMAL_SOURCES)) | $(RUN_STAMP)
+	@$(UP_TO_DATE) || { echo "$(TEDM) run -v -j $(JOBS) $(OPTIONS)"; $(RUN); }
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
+
+# The same by the rules alone: each stage by a command, and so by a process, of its own.
+stages: $(BUILD)/report.html $(BUILD)/view.html
 
 # Variants of the sample by criteria; each has a build folder of its own in that of the trade.
 trade: $(RUN_STAMP)

@@ -13,6 +13,7 @@ import numpy as np
 
 from benchmarks import bodies, thermal
 from benchmarks.adjoint import against_unit_loads
+from benchmarks.desk import one_run
 from benchmarks.dynamics import closed_loop
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
 from benchmarks.noise import realisation
@@ -85,6 +86,7 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "gains of 5,120 thermal nodes, 5 frequencies / SciPy's solver in its own order": thermal.against_default_order,
     "gains of 5,120 thermal nodes, 300 frequencies x 20 disturbances / a minute": thermal.whole,
     "tedm --help / python -c pass": command_line,
+    "chain of the small sample, tedm run -j 2 / a process per command": one_run,
     "budgets in closed loop, 4,096 frequencies x 114 noises x 75 outputs / python-control": closed_loop,
 }
 BENCHMARKS |= {

@@ -15,9 +15,14 @@ _KEPT = "finished files are kept, the unfinished one is removed"
 _SELDOM = (200_000, 50, 1000)  # objects and rounds between searches for garbage in cycles; figures leave most of it
 
 
+def collect_seldom() -> None:
+    """Let Python search for garbage in cycles less often, for as long as this process lives."""
+    gc.set_threshold(*_SELDOM)
+
+
 def run() -> None:
     """Run the command; turn expected failures into one message and an exit code (see `tedm_cli.errors`)."""
-    gc.set_threshold(*_SELDOM)
+    collect_seldom()
     open_all()
     code, told = 1, [""]
     interrupts = Interrupts()

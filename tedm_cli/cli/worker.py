@@ -39,8 +39,10 @@ def work() -> None:
 
 
 def _answer(request: dict[str, object], answers: FileIO) -> None:
-    from tedm_cli.cli.run import outcome
+    from tedm_cli.cli.run import collect_seldom, outcome
     from tedm_cli.cli.streams import tell
+
+    collect_seldom()
 
     argv, alone = request["argv"], request["alone"]
     assert isinstance(argv, list)

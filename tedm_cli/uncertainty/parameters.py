@@ -119,9 +119,10 @@ class Parameters:
     @cached_property
     def block(self) -> IntArray:
         """[p], the independent source that each parameter belongs to, in order of first appearance."""
-        if not len(self):
-            return np.zeros(0, dtype=np.int64)
-        linked = scipy.sparse.csr_array(self.correlation != 0.0)
+        related = self.correlation != 0.0
+        if np.array_equal(related, np.eye(len(self), dtype=bool)):  # most often, and what finds blocks is slow to load
+            return np.arange(len(self), dtype=np.int64)
+        linked = scipy.sparse.csr_array(related)
         label = scipy.sparse.csgraph.connected_components(linked, directed=False)[1]
         first = {number: place for place, number in enumerate(dict.fromkeys(label.tolist()))}
         return np.array([first[number] for number in label.tolist()], dtype=np.int64)

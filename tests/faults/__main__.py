@@ -17,8 +17,8 @@ from faults import COMMANDS, SIZES, Chain, at_once, fill, kill, kill_chain, kill
 KILLS = 8  # per command, half of them over old files
 MOMENTS = 7
 PROCESSES, TIMES = 4, 3
-PARTS = ("kills", "disk", "chains", "make", "run", "init")
-OF_NO_CHAIN = {"make", "run", "init"}
+PARTS = ("kills", "disk", "chains", "make", "stages", "run", "init")
+OF_NO_CHAIN = {"make", "stages", "run", "init"}
 
 
 def main() -> None:
@@ -75,7 +75,7 @@ def whole(folder: Path, part: str) -> tuple[str, list[str]]:
         killed, fact = kill_init(folder / part, 2 * MOMENTS)
     else:
         killed, fact = kill_chain(folder / part, part, MOMENTS)
-    name = {"make": "make all", "run": "tedm run", "init": "tedm init"}[part]
+    name = {"make": "make all", "stages": "make stages", "run": "tedm run", "init": "tedm init"}[part]
     return f"{name} killed at {killed} moments", [fact] if fact else []
 
 

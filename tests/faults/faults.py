@@ -200,11 +200,11 @@ def at_once(chain: Chain, processes: int, commands: tuple[str, ...]) -> str:
     return "; ".join(wrong)
 
 
-# --- whole chains: make all, tedm run --------------------------------------------------------------------------------
+# --- whole chains: make all, make stages, tedm run -------------------------------------------------------------------
 
 
 class Making:
-    """`make all`, or `tedm run`, of the small sample with three cases, in a folder of its own."""
+    """`make all`, `make stages` or `tedm run` of the small sample with three cases, in a folder of its own."""
 
     def __init__(self, folder: Path, program: str) -> None:
         self.program = program
@@ -222,7 +222,8 @@ class Making:
         variables = [f"CONFIGS={self.configs}", f"BUILD={self.build}", f"VENV={sys.prefix}"]
         options = ["-c", str(self.configs / "tedm.toml"), "-d", str(self.build)]
         programs = {
-            "make": ["make", "-j2", "--no-print-directory", "all", *variables],
+            "make": ["make", "--no-print-directory", "all", *variables],
+            "stages": ["make", "-j2", "--no-print-directory", "stages", *variables],
             "run": [sys.executable, "-m", "tedm_cli.cli", "run", "-j", "2", *options],
         }
         child = subprocess.Popen(

@@ -114,7 +114,7 @@ def halves(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Half]:
     folder, found = tmp_path_factory.mktemp("halves"), {}
     for half in HALVES:
         project = described(folder / half, half)
-        commands = project.make("-n", "all")  # make-rules is run by this already
+        commands = project.make("-n", "stages")  # make-rules is run by this already
         for command in commands:
             if command != "make-rules":
                 project.run(command, *{"run-case": ("3",), "run-series": ("warm",)}.get(command, ())).ok()
@@ -370,10 +370,10 @@ def test_a_half_that_is_gone_and_comes_again(halves: dict[str, Half], whole: Pat
         "report",
         "view",
     }
-    assert set(project.make("-n", "all")) == again | {"make-rules", "build-optics", "build-dynamics", "simulate"}
-    assert project.make("-n", "all").count("simulate") == 2  # the case and the series
+    assert set(project.make("-n", "stages")) == again | {"make-rules", "build-optics", "build-dynamics", "simulate"}
+    assert project.make("-n", "stages").count("simulate") == 2  # the case and the series
     (project.folder / "optics.toml").unlink()
-    assert set(project.make("-n", "all")) == again | {"make-rules"}
+    assert set(project.make("-n", "stages")) == again | {"make-rules"}
     shutil.copy(CONFIGS / "optics.toml", project.folder)
     for name in ("distortion.h5", "sensitivity.h5", "optics.h5"):
         shutil.copy(whole / name, project.build)

@@ -38,6 +38,18 @@ source = "cases wait for the adjoint then"
 pytestmark = pytest.mark.slow
 
 
+def making(configs: Path, build: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """How Make ended on a project."""
+    variables = [f"CONFIGS={configs}", f"BUILD={build}", f"VENV={sys.prefix}"]
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))}
+    program = ["make", "--no-print-directory", *arguments, *variables]
+    return subprocess.run(program, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+
+
+def commands_in(said: str) -> list[str]:
+    return [line.split()[1] for line in said.splitlines() if "/bin/tedm " in line]
+
+
 class Workshop:
     """A project folder of its own with the small model, and Make on it."""
 
@@ -70,19 +82,9 @@ class Workshop:
 
     def make(self, *arguments: str) -> list[str]:
         """The tedm subcommands that Make ran."""
-        variables = [f"CONFIGS={self.configs}", f"BUILD={self.build}", f"VENV={sys.prefix}"]
-        environment = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))}
-        done = subprocess.run(
-            ["make", "--no-print-directory", *arguments, *variables],
-            cwd=ROOT,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = making(self.configs, self.build, *arguments)
         assert done.returncode == 0, done.stderr
-        lines = [line.split() for line in done.stdout.splitlines() if "/bin/tedm " in line]
-        return [words[1] for words in lines]
+        return commands_in(done.stdout)
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +92,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
     if shutil.which("make") is None or not (Path(sys.prefix) / ".tedm-installed").exists():
         pytest.skip("needs make, and a virtual environment made by it")
     shop = Workshop(tmp_path_factory.mktemp("make"))
-    commands = shop.make("-j2", "all")
+    commands = shop.make("-j2", "stages")
     assert commands.count("run-case") == len(CASES) + 1
     assert commands.count("simulate") == len(CASES) + 1
     assert commands.count("build-thermal") == 1
@@ -117,6 +119,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
 def test_second_make_does_nothing(workshop: Workshop) -> None:
     assert (workshop.build / "report.html").exists()
     assert (workshop.build / "view.html").exists()
+    assert workshop.make("stages") == []
     assert workshop.make("all") == []
 
 
@@ -131,7 +134,7 @@ def test_figures_wait_for_the_closed_loop_of_a_project_with_two_test_masses(tmp_
     variables = [f"CONFIGS={ROOT / 'configs'}", f"BUILD={tmp_path / 'build'}", f"VENV={sys.prefix}"]
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))}
     done = subprocess.run(
-        ["make", "--no-print-directory", "-n", "all", *variables],
+        ["make", "--no-print-directory", "-n", "stages", *variables],
         cwd=ROOT,
         env=environment,
         capture_output=True,
@@ -147,6 +150,40 @@ def test_figures_wait_for_the_closed_loop_of_a_project_with_two_test_masses(tmp_
     assert commands.index("build-dynamics") < commands.index("simulate")
 
 
+# --- make all: by the rules whether, in one run what -----------------------------------------------------------------
+
+
+def test_all_runs_in_one_command_what_the_rules_find_stale(workshop: Workshop, tmp_path: Path) -> None:
+    """In a copy the page is gone: it alone is made again, to the byte, and then nothing is."""
+    shutil.copytree(workshop.made, tmp_path, dirs_exist_ok=True)
+    configs, build = tmp_path / "configs", tmp_path / "build"
+    (build / "view.html").rename(tmp_path / "view.html")
+    done = making(configs, build, "all")
+    assert done.returncode == 0, done.stderr
+    assert commands_in(done.stdout) == ["run"]
+    assert re.findall(r"(?m)^\[ *\d+/\d+\] (.+?):", done.stdout) == ["view"]
+    assert (build / "view.html").read_bytes() == (tmp_path / "view.html").read_bytes()
+    assert commands_in(making(configs, build, "all").stdout) == []
+
+
+def test_all_says_what_a_stage_refuses_and_goes_on_from_there(workshop: Workshop, tmp_path: Path) -> None:
+    shutil.copytree(workshop.made, tmp_path, dirs_exist_ok=True)
+    configs, build = tmp_path / "configs", tmp_path / "build"
+    page = (build / "view.html").read_bytes()
+    (build / "view.html").unlink()
+    (build / "view.html").mkdir()
+    (build / "view.html" / "in_the_way").touch()
+    os.utime(build / "view.html", (0, 0))  # older than the cases
+    refused = making(configs, build, "all")
+    assert refused.returncode == 2
+    error, *_ = [line for line in refused.stderr.splitlines() if line.startswith("error: ")]
+    assert str(build / "view.html") in error
+    assert "Traceback" not in refused.stderr
+    shutil.rmtree(build / "view.html")
+    assert commands_in(making(configs, build, "all").stdout) == ["run"]
+    assert (build / "view.html").read_bytes() == page
+
+
 # --- tedm run: the same steps, and the same bytes --------------------------------------------------------------------
 
 
@@ -155,7 +192,7 @@ def words_of_make(configs: Path, build: Path) -> list[str]:
     tedm("make-rules", "-c", configs / "tedm.toml", "-d", build).ok()
     variables = [f"CONFIGS={configs}", f"BUILD={build}", f"VENV={sys.prefix}"]
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))}
-    make = ["make", "--no-print-directory", "-n", "all", *variables]
+    make = ["make", "--no-print-directory", "-n", "stages", *variables]
     done = subprocess.run(make, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return sorted(m[1] for m in re.finditer(r"(?m)^\S*/bin/tedm (.+?) -c ", done.stdout))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,8 @@ def deck_unit_loads(
     subcases = {n: s for n, s in sorted(control.subcases.items()) if n != 0}
     check_unit_load_control(model, geometry.files[0], superelements=superelements is not None)
     elsewhere = frozenset(superelements or ())
-    loads = [_unit_load(model, geometry, n, s, where, elsewhere) for n, s in subcases.items()]
+    references = cache(partial(reference_temperatures, model))  # of all elements, whatever the number of subcases
+    loads = [_unit_load(model, geometry, n, s, where, elsewhere, references) for n, s in subcases.items()]
     labels: dict[str, int] = {}
     for load in loads:
         if load.label.upper() in labels:
@@ -127,7 +129,13 @@ def deck_unit_loads(
 
 
 def _unit_load(
-    model: Any, geometry: ModelGeometry, number: int, subcase: Any, where: str, elsewhere: Collection[str]
+    model: Any,
+    geometry: ModelGeometry,
+    number: int,
+    subcase: Any,
+    where: str,
+    elsewhere: Collection[str],
+    references: Callable[[], dict[float, str]],
 ) -> UnitLoad:
     label = " ".join(str(subcase.get_parameter("LABEL")[0]).split()) if "LABEL" in subcase.params else ""
     if not label:
@@ -146,7 +154,7 @@ def _unit_load(
         )
     loaded = temperature_field(model, sets.load, geometry.grid_id, place)
     if sets.initial is None:
-        initial, name = _tref(model, loaded, place), "the materials' TREF is"
+        initial, name = _tref(model, references(), loaded, place), "the materials' TREF is"
     else:
         initial, name = temperature_field(model, sets.initial, geometry.grid_id, place), "TEMPERATURE(INITIAL) is"
     steps = step(loaded, initial, geometry.grid_id)
@@ -181,9 +189,11 @@ def _unit_load(
     return UnitLoad(number, label, warm, float(every[0]) / degrees, output, error, elements)
 
 
-def _tref(model: Any, loaded: Field, place: str) -> Field:
-    """The reference temperature of the materials as a field; of a model that does not expand, the rest of the load."""
-    found = reference_temperatures(model)
+def _tref(model: Any, found: dict[float, str], loaded: Field, place: str) -> Field:
+    """The reference temperature of the materials as a field; of a model that does not expand, the rest of the load.
+
+    `found`: what `reference_temperatures` finds.
+    """
     if len(found) > 1:
         unit = units_of(model).temperature
         listed = ", ".join(f"{t:g} {unit} ({owner})" for t, owner in sorted(found.items())[:4])

@@ -1,4 +1,4 @@
-"""show: what a file holds and what it was made from."""
+"""show: what a file holds and what it was made from. What reads a kind of file is imported for that kind alone."""
 
 from __future__ import annotations
 
@@ -24,15 +24,6 @@ from tedm_cli.contracts import (
     UNIT_LOADS,
 )
 from tedm_cli.files.store import Reader, kind_of, open_checked
-from tedm_cli.results.adjoint.file import read_adjoint
-from tedm_cli.results.cases.uncertainty import as_dict, read_uncertainty
-from tedm_cli.results.dynamics.imposed import read_imposed
-from tedm_cli.results.dynamics.loop import read_stability
-from tedm_cli.results.gravity.balance import read_balance
-from tedm_cli.results.gravity.field import dc_verdicts
-from tedm_cli.results.loads import read_loads
-from tedm_cli.results.thermal.file import read_thermal
-from tedm_cli.results.trade import read_trade
 
 
 def show_dict(path: Path) -> dict[str, Any]:
@@ -54,13 +45,15 @@ def show_dict(path: Path) -> dict[str, Any]:
             ],
             "main": _main_numbers(file),
             **({"materials": _materials(file)} if kind is ADJOINT else {}),
-            **({"uncertainty": as_dict(read_uncertainty(file))} if kind is CASE else {}),
+            **({"uncertainty": _uncertainty(file)} if kind is CASE else {}),
         }
 
 
 def _judgement(file: Reader) -> dict[str, Any]:
     """The verdicts in a file, worst first, and whether all are passed; None of a kind of file that has no verdicts."""
     if file.kind is SENSITIVITY:
+        from tedm_cli.results.gravity.field import dc_verdicts
+
         verdicts: list[dict[str, Any]] = [
             {
                 "output": f"{v.place} {v.quantity}, {v.subsystem}",
@@ -71,6 +64,8 @@ def _judgement(file: Reader) -> dict[str, Any]:
             for v in dc_verdicts(file)
         ]
     elif file.kind is BALANCE:
+        from tedm_cli.results.gravity.balance import read_balance
+
         found = read_balance(file)
         verdicts = [
             {
@@ -116,6 +111,8 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
     if file.kind.name == "dynamics":
         return _loop(file)
     if file.kind.name == "figure_6_2":
+        from tedm_cli.results.dynamics.imposed import read_imposed
+
         return {f"{n.test_mass}, {n.model}": f"{n.asd[0]:.4e} m/s^2/sqrt(Hz)" for n in read_imposed(file).noises}
     if file.kind.name == "release":
         numbers = zip(*(file.array(d).tolist() for d in (RELEASE.OUTPUT_PEAK, RELEASE.OUTPUT_SETTLED)), strict=True)
@@ -144,6 +141,8 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
 
 def _adjoint(file: Reader) -> dict[str, Any]:
     """How far its sums are from the unit loads; or why there is none."""
+    from tedm_cli.results.adjoint.file import read_adjoint
+
     found = read_adjoint(file)
     if isinstance(found, str):
         return {"no_adjoint": found}
@@ -156,6 +155,8 @@ def _adjoint(file: Reader) -> dict[str, Any]:
 
 def _balance(file: Reader) -> dict[str, Any]:
     """The mass of the blocks, by box, and what became of drawn builds."""
+    from tedm_cli.results.gravity.balance import read_balance
+
     found = read_balance(file)
     main: dict[str, Any] = {
         "met": f"{found.met} of {len(found.after)}, without the blocks {sum(v.passed for v in found.before)}",
@@ -170,6 +171,8 @@ def _balance(file: Reader) -> dict[str, Any]:
 
 def _loads(file: Reader) -> dict[str, Any]:
     """How much each load distorts, and the first frequency."""
+    from tedm_cli.results.loads import read_loads
+
     found = read_loads(file)
     what = "the structure" if found.bench is None else "the benches"
     main: dict[str, Any] = {
@@ -183,6 +186,8 @@ def _loads(file: Reader) -> dict[str, Any]:
 
 def _thermal(file: Reader) -> dict[str, Any]:
     """The steady state of the network, what low-pass each disturbance goes through, and what of it is on the model."""
+    from tedm_cli.results.thermal.file import read_thermal
+
     found = read_thermal(file)
     main: dict[str, Any] = {}
     if (steady := found.steady) is not None:
@@ -203,6 +208,8 @@ def _thermal(file: Reader) -> dict[str, Any]:
 
 def _trade(file: Reader) -> dict[str, Any]:
     """Where each variant stands, and its values."""
+    from tedm_cli.results.trade import read_trade
+
     found = read_trade(file)
     main: dict[str, Any] = {"pareto_front": ", ".join(found.front) or "no variant can be compared"}
     for variant, cells in zip(found.variants, found.cells, strict=True):
@@ -216,14 +223,25 @@ def _trade(file: Reader) -> dict[str, Any]:
     return main
 
 
+def _uncertainty(file: Reader) -> Any:
+    """How sure the verdicts of a case are, where it was asked."""
+    from tedm_cli.results.cases.uncertainty import as_dict, read_uncertainty
+
+    return as_dict(read_uncertainty(file))
+
+
 def _materials(file: Reader) -> list[dict[str, Any]]:
     """The effects of materials and thicknesses, largest first; none where there is no adjoint."""
+    from tedm_cli.results.adjoint.file import read_adjoint
+
     found = read_adjoint(file)
     return [] if isinstance(found, str) else [asdict(effect) for effect in found.materials]
 
 
 def _loop(file: Reader) -> dict[str, Any]:
     """How stable the loop is, and each noise source with its level and where that is from."""
+    from tedm_cli.results.dynamics.loop import read_stability
+
     found = read_stability(file)
     sources = zip(
         file.strings(DYNAMICS.NOISE_NAME),
