@@ -96,9 +96,9 @@ def factorise(
     if need.available_bytes is not None and need.needed_bytes > need.available_bytes:
         raise MemoryShortError(
             str(need).replace(" that are left", ", which is what is left"),
-            hint="let your own Nastran solve the deck (`tedm write-deck`), or the one of the adjoint, with a load case for"
-            " each output instead of each area (`tedm write-deck --adjoint`); or condense a part to a superelement (`tedm"
-            " reduce`); or mesh more coarsely; or end what else holds memory",
+            hint="let your own Nastran solve the deck (`tedm write-deck`), or that of the adjoint, with a load case for"
+            " each output instead of each area (`tedm write-deck --adjoint`); or condense a part to a superelement"
+            " (`tedm reduce`); or mesh more coarsely; or end what else holds memory",
         )
     factors.factorise()
     return factors
