@@ -6,6 +6,7 @@ A library is imported when it is first used. `Factors(matrix)` analyses the patt
 
 from __future__ import annotations
 
+import os
 from typing import Any, Protocol
 
 import numpy as np
@@ -76,10 +77,15 @@ class Rslab:
     and of right-hand sides at a time."""
 
     name = "RSLAB"
+    _process: int | None = None  # that has its threads
 
     def __init__(self, matrix: sp.csr_matrix) -> None:
         import rslab
 
+        # Its threads do not come along into a forked process, which would wait for them forever.
+        if Rslab._process not in (None, os.getpid()):
+            raise ImportError("its threads are those of the process from which this one is forked")
+        Rslab._process = os.getpid()
         self._lower = sp.tril(matrix, format="csc")
         if not np.diff(self._lower.indptr).all():
             raise np.linalg.LinAlgError("a row without stiffness")

@@ -118,9 +118,12 @@ def _analysed(matrix: sp.csr_matrix, solver: str) -> Factors:
             try:
                 return library(matrix)
             except ImportError as error:
-                if solver == name:
-                    hint = f"{_INSTALL[name]}, or choose another: auto, superlu"
-                    raise UsageError(f"the solver {library.name} is not installed", where=where, hint=hint) from error
+                if solver != name:
+                    continue
+                missing = isinstance(error, ModuleNotFoundError)
+                fact = f"the solver {library.name} " + ("is not installed" if missing else f"cannot be used: {error}")
+                hint = f"{_INSTALL[name]}, or choose another: auto, superlu"
+                raise UsageError(fact, where=where, hint=hint) from error
     raise AssertionError("SuperLU is SciPy's, which is always there")
 
 
