@@ -144,14 +144,14 @@ print(need[0], 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - held[
 
 @pytest.mark.parametrize(("solver", "package", "name"), LIBRARIES[:-1])
 def test_fem_what_is_foreseen_is_about_what_is_taken(solver, package, name):
-    """Of 17,496 unknowns, in a process of its own, since a peak is that of a process. SuperLU foresees nothing."""
+    """Within a factor of 2.5: of 17,496 unknowns, in a process of its own, since a peak is that of a process. SuperLU foresees nothing."""
     pytest.importorskip(package)
     if sys.platform != "linux":
         pytest.skip("Linux says what a process holds")
     run = subprocess.run([sys.executable, "-c", _MEASURE, solver], check=True, capture_output=True, text=True)
     needed, taken = map(int, run.stdout.split())
     assert taken > 30e6
-    assert 0.6 < needed / taken < 2.5, (needed, taken)
+    assert 0.4 < needed / taken < 2.5, (needed, taken)
 
 
 _FORK = """
