@@ -144,7 +144,7 @@ print(need[0], 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - held[
 
 @pytest.mark.parametrize(("solver", "package", "name"), LIBRARIES[:-1])
 def test_fem_what_is_foreseen_is_about_what_is_taken(solver, package, name):
-    """Within a factor of 2.5: of 17,496 unknowns, in a process of its own, since a peak is that of a process. SuperLU foresees nothing."""
+    """Within a factor of 2.5, in a process of its own, since a peak is that of a process. SuperLU foresees nothing."""
     pytest.importorskip(package)
     if sys.platform != "linux":
         pytest.skip("Linux says what a process holds")
