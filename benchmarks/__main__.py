@@ -46,7 +46,7 @@ def cases(k: int = 78, outputs: int = 24, frequencies: int = 4096) -> Result:
 
 
 def solver() -> Result:
-    """Factorising and solving the small sample with MUMPS where it is installed, against SciPy's SuperLU."""
+    """Factorising and solving the small sample with the default solver, against SciPy's SuperLU."""
     from tedm_cli.fem.static import StaticSolution
     from tedm_cli.nastran.structure.deck import read_solver_deck
 

@@ -56,6 +56,10 @@ class InputError(TedmError):
     exit_code = 4
 
 
+class MemoryShortError(InputError):
+    """A model needs more memory than the machine has left."""
+
+
 class PhysicsError(TedmError):
     """A physical check failed: a residual, a rank, a singular structure, a model that reaches into a test mass."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,6 +21,9 @@ from tedm_cli.cli.options import (
 )
 from tedm_cli.cli.streams import tell
 from tedm_cli.errors import UsageError
+
+if TYPE_CHECKING:
+    from tedm_cli.fem.linear import MemoryNeed
 
 Run = Annotated[
     str | None,
@@ -150,8 +153,16 @@ def solve(
         answer(as_json, quiet, lambda: elsewhere_lines(*found, run), lambda: elsewhere_dict(*found, run))
         return
     with progress(quiet) as step:
-        path, done = stage(project, output, step) if deck is None else solve_other(project, deck, output, step)
+        told = _need if verbose else None
+        if deck is None:
+            path, done = stage(project, output, step, told)
+        else:
+            path, done = solve_other(project, deck, output, step, told)
     answer(as_json, quiet, lambda: solve_lines(path, done), lambda: solve_dict(path, done))
+
+
+def _need(memory: MemoryNeed) -> None:
+    tell([str(memory)])
 
 
 def _log(line: str) -> None:

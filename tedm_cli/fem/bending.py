@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
-from tedm_cli.fem.linear import Factorisation
+from tedm_cli.fem.factors import Factorisation
 from tedm_cli.fem.other_elements import RandomSums, displacements_with
 from tedm_cli.fem.solids import block_shape
 from tedm_cli.fem.structure import SolidBlock, Structure

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.fem.linear import Factorisation
+from tedm_cli.fem.factors import Factorisation
 from tedm_cli.fem.other_elements import RandomSums, displacements_with
 from tedm_cli.fem.structure import Structure
 

@@ -1,153 +1,136 @@
-"""Direct solution of sparse symmetric systems behind one small interface."""
+"""Direct solution of sparse symmetric systems: which library, whether its factors fit into memory, and the factors."""
 
 from __future__ import annotations
 
-from typing import Any, Literal, Protocol
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
 
-from tedm_cli.arrays import FloatArray
-from tedm_cli.errors import PhysicsError, UsageError
+from tedm_cli.errors import MemoryShortError, UsageError
+from tedm_cli.fem.factors import Empty, Factorisation, Factors, Mumps, Pardiso, Rslab, SuperLU
+from tedm_cli.memory import available_bytes
 
-SolverName = Literal["auto", "mumps", "pardiso", "superlu"]
+SolverName = Literal["auto", "rslab", "mumps", "pardiso", "superlu"]
+SOLVER_VARIABLE = "TEDM_SOLVER"
 
-# MUMPS error numbers: matrix singular in structure, numerically singular.
-_MUMPS_SINGULAR = (-6, -10)
-# PARDISO's: a pivot that is zero or negative; and its name for symmetric positive definite matrices.
-_PARDISO_SINGULAR, _POSITIVE_DEFINITE = -4, 2
-# Its settings, by the numbers of its manual: own values; nested dissection; one step of iterative refinement; the same
-# bits in every run (8.4 s instead of 7.4 s for 190,275 unknowns on two cores).
-_PARDISO_SETTINGS = {1: 1, 2: 2, 8: 1, 34: 1}
-
-
-class Factorisation(Protocol):
-    """A factorised matrix."""
-
-    @property
-    def name(self) -> str:
-        """The library that factorised it."""
-
-    def solve(self, rhs: FloatArray) -> FloatArray:
-        """Solution [n, m] for the right-hand sides [n, m]."""
+# In the order in which `auto` tries them.
+_LIBRARIES: dict[str, type[Rslab | Mumps | Pardiso | SuperLU]] = {
+    "rslab": Rslab,
+    "mumps": Mumps,
+    "pardiso": Pardiso,
+    "superlu": SuperLU,
+}
+# How a library that does not come with this package is got.
+_INSTALL = {
+    "mumps": "pip install python-mumps==0.0.2 (Python 3.11 on Linux only)",
+    "pardiso": "pip install pypardiso",
+    "rslab": "pip install rslab",
+}
 
 
-def factorise(matrix: sp.csr_matrix, solver: SolverName = "auto") -> Factorisation:
+@dataclass(frozen=True, kw_only=True)
+class MemoryNeed:
+    """What factorising takes, before it begins.
+
+    Attributes
+    ----------
+    solver : the library.
+    unknowns : number.
+    needed_bytes : largest memory that is taken beside what the process holds already.
+    available_bytes : what is left to the process; None where the system does not tell.
+    """
+
+    solver: str
+    unknowns: int
+    needed_bytes: int
+    available_bytes: int | None
+
+    def __str__(self) -> str:
+        left = "" if self.available_bytes is None else f" of {_gigabytes(self.available_bytes)} that are left"
+        return f"{self.solver}: {self.unknowns:,} unknowns need {_gigabytes(self.needed_bytes)}{left}"
+
+
+def factorise(
+    matrix: sp.csr_matrix,
+    solver: SolverName = "auto",
+    *,
+    beside_bytes: int = 0,
+    told: Callable[[MemoryNeed], None] | None = None,
+) -> Factorisation:
     """Factorise a symmetric matrix once for many right-hand sides.
 
     Parameters
     ----------
     matrix : sparse [n, n], symmetric, both triangles stored.
-    solver : "mumps", "pardiso", "superlu", or "auto": the first of the three that is installed (SuperLU is SciPy's).
+    solver : "rslab", "mumps", "pardiso", "superlu", or "auto": the one that the environment variable TEDM_SOLVER names,
+        else the first of these that is installed (SuperLU is SciPy's).
+    beside_bytes : memory that will be needed beside the factors.
+    told : called with what memory is needed, between analysis and factorisation.
 
     Raises
     ------
     numpy.linalg.LinAlgError
         If elimination meets a zero pivot.
+    MemoryShortError
+        If more memory is needed than is left.
     PhysicsError
-        If the library gives up for another reason, usually for lack of memory.
+        If the library gives up.
     UsageError
-        If a library is asked for by name and is not installed.
+        If a library is asked for by name that does not exist or is not installed.
     """
     if matrix.shape[0] == 0:
-        return _Empty()
+        return Empty()
+    factors = _analysed(matrix, solver)
+    need = MemoryNeed(
+        solver=factors.name,
+        unknowns=matrix.shape[0],
+        needed_bytes=max(factors.peak_bytes, factors.kept_bytes + beside_bytes),
+        available_bytes=available_bytes(),
+    )
+    if told is not None:
+        told(need)
+    if need.available_bytes is not None and need.needed_bytes > need.available_bytes:
+        raise MemoryShortError(
+            str(need).replace(" that are left", ", which is what is left"),
+            hint="let your own Nastran solve the deck (`tedm write-deck`), or that of the adjoint, with a load case for"
+            " each output instead of each area (`tedm write-deck --adjoint`); or condense a part to a superelement"
+            " (`tedm reduce`); or mesh more coarsely; or end what else holds memory",
+        )
+    factors.factorise()
+    return factors
+
+
+def _analysed(matrix: sp.csr_matrix, solver: str) -> Factors:
+    where = ""
+    if solver == "auto":
+        solver = os.environ.get(SOLVER_VARIABLE, "auto")
+        where = f"environment, {SOLVER_VARIABLE}"
+    if solver not in ("auto", *_LIBRARIES):
+        raise UsageError(
+            f"there is no solver {solver!r}", where=where, hint="choose one of auto, " + ", ".join(_LIBRARIES)
+        )
     for name, library in _LIBRARIES.items():
         if solver in ("auto", name):
             try:
                 return library(matrix)
-            except ImportError:
-                if solver == name:
-                    raise UsageError(f"the solver {library.name} is not installed", hint='choose "superlu"') from None
-    raise UsageError(f"there is no solver {solver!r}", hint="choose one of " + ", ".join(_LIBRARIES))
+            except ImportError as error:
+                if solver != name:
+                    continue
+                missing = isinstance(error, ModuleNotFoundError)
+                fact = f"the solver {library.name} " + ("is not installed" if missing else f"cannot be used: {error}")
+                hint = f"{_INSTALL[name]}, or choose another: auto, superlu"
+                raise UsageError(fact, where=where, hint=hint) from error
+    raise AssertionError("SuperLU is SciPy's, which is always there")
 
 
-class _Empty:
-    """A structure that is constrained everywhere leaves nothing to solve for."""
-
-    name = "none"
-
-    def solve(self, rhs: FloatArray) -> FloatArray:
-        return rhs
+def _gigabytes(size: int) -> str:
+    return f"{size / 1e9:.1f} GB" if size >= 50_000_000 else f"{size / 1e6:.0f} MB"
 
 
-class _Mumps:
-    """LDLᵀ by MUMPS (Amestoy et al., SIAM J. Matrix Anal. Appl. 23, 2001)."""
-
-    name = "MUMPS"
-
-    def __init__(self, matrix: sp.csr_matrix) -> None:
-        import mumps
-
-        self._context: Any = mumps.Context()
-        self._context.set_matrix(sp.triu(matrix, format="coo"), overwrite_a=True, symmetric=True)
-        try:
-            self._context.factor(ordering="metis")
-        except mumps.MUMPSError as error:
-            if error.error in _MUMPS_SINGULAR:
-                raise np.linalg.LinAlgError(str(error)) from error
-            raise PhysicsError(
-                f"{error} while factorising {matrix.shape[0]} unknowns", hint="run Nastran on the written deck"
-            ) from error
-
-    def solve(self, rhs: FloatArray) -> FloatArray:
-        return np.asarray(self._context.solve(np.asfortranarray(rhs)))
-
-
-class _Pardiso:
-    """LLᵀ by the PARDISO of Intel's MKL (Schenk and Gärtner, Future Gener. Comput. Syst. 20, 2004)."""
-
-    name = "PARDISO"
-
-    def __init__(self, matrix: sp.csr_matrix) -> None:
-        from pypardiso.pardiso_wrapper import PyPardisoError, PyPardisoSolver
-
-        self._matrix = sp.triu(matrix, format="csr")
-        if not np.diff(self._matrix.indptr).all():  # the library would crash
-            raise np.linalg.LinAlgError("a row without stiffness")
-        self._solver: Any = PyPardisoSolver(mtype=_POSITIVE_DEFINITE)
-        for number, value in _PARDISO_SETTINGS.items():
-            self._solver.set_iparm(number, value)
-        try:
-            self._solver.factorize(self._matrix)
-        except PyPardisoError as error:
-            if error.value == _PARDISO_SINGULAR:
-                raise np.linalg.LinAlgError(str(error)) from error
-            raise PhysicsError(
-                f"{error} while factorising {matrix.shape[0]} unknowns", hint="run Nastran on the written deck"
-            ) from error
-
-    def __del__(self) -> None:
-        if solver := getattr(self, "_solver", None):  # the library keeps its factors until told
-            solver.free_memory(everything=True)
-
-    def solve(self, rhs: FloatArray) -> FloatArray:
-        return np.asarray(self._solver.solve(self._matrix, np.asfortranarray(rhs)))
-
-
-class _SuperLU:
-    """LU by SuperLU with a fill-reducing ordering of the symmetric pattern and diagonal pivots."""
-
-    name = "SuperLU"
-
-    def __init__(self, matrix: sp.csr_matrix) -> None:
-        from scipy.sparse.linalg import splu
-
-        try:
-            self._factors: Any = splu(
-                matrix.tocsc(),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
-        except RuntimeError as error:  # "Factor is exactly singular"
-            raise np.linalg.LinAlgError(str(error)) from error
-
-    def solve(self, rhs: FloatArray) -> FloatArray:
-        return np.asarray(self._factors.solve(rhs))
-
-
-_LIBRARIES: dict[str, type[_Mumps] | type[_Pardiso] | type[_SuperLU]] = {
-    "mumps": _Mumps,
-    "pardiso": _Pardiso,
-    "superlu": _SuperLU,
-}
+def block_bytes(unknowns: int, grids: int, columns: int) -> int:
+    """Arrays of `columns` right-hand sides while they are solved: of the unknowns and of all degrees of freedom."""
+    return np.dtype(float).itemsize * columns * (4 * unknowns + 12 * grids)

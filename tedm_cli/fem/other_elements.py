@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from tedm_cli.arrays import FloatArray
 from tedm_cli.fem.assembly import assemble, direct_stiffness
 from tedm_cli.fem.element_loads import element_loads
-from tedm_cli.fem.linear import Factorisation
+from tedm_cli.fem.factors import Factorisation
 from tedm_cli.fem.structure import Structure
 
 _SUMS = 2

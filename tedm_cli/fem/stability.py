@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import eigh
@@ -10,7 +12,8 @@ from scipy.sparse.csgraph import connected_components
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.constraints import rigid_body_matrix, to_displacement_frames
-from tedm_cli.fem.linear import Factorisation, SolverName, factorise
+from tedm_cli.fem.factors import Factorisation
+from tedm_cli.fem.linear import MemoryNeed, SolverName, factorise
 from tedm_cli.fem.structure import Structure
 
 _RANK_TOLERANCE = 1e-9
@@ -151,9 +154,17 @@ def _axis_names(motion: str, basis: FloatArray) -> list[str]:
 
 
 def factorise_supported(
-    structure: Structure, stiffness: sp.csr_matrix, free: IntArray, solver: SolverName
+    structure: Structure,
+    stiffness: sp.csr_matrix,
+    free: IntArray,
+    solver: SolverName,
+    *,
+    beside_bytes: int = 0,
+    told: Callable[[MemoryNeed], None] | None = None,
 ) -> tuple[Factorisation, float]:
     """Factorise the stiffness [n, n] of the degrees of freedom `free` [n] and make sure that nothing moves freely.
+
+    The last two are those of `tedm_cli.fem.linear.factorise`, which raises `MemoryShortError`.
 
     Returns
     -------
@@ -168,7 +179,7 @@ def factorise_supported(
         return factorise(stiffness, solver), 1.0
     diagonal = stiffness.diagonal()
     try:
-        factors = factorise(stiffness, solver)
+        factors = factorise(stiffness, solver, beside_bytes=beside_bytes, told=told)
         eigenvalue, mode = _softest(factors, stiffness, diagonal)
     except np.linalg.LinAlgError:
         shifted = factorise((stiffness + sp.diags(_SHIFT * diagonal)).tocsr(), solver)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import platform
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -20,8 +18,9 @@ from fem_models import (
     solve,
     structure,
 )
+from solver_libraries import LIBRARIES
 
-from tedm_cli.errors import PhysicsError, UsageError
+from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import assemble
 from tedm_cli.fem.linear import factorise
 from tedm_cli.fem.structure import Rbe2, Rbe3, Structure
@@ -108,44 +107,6 @@ def test_fem_structure_moved_away_deforms_alike():
     assert np.abs(there - here).max() < 1e-9 * np.abs(here).max()
 
 
-FAST = [("mumps", "mumps", "MUMPS"), ("pardiso", "pypardiso", "PARDISO")]
-
-
-@pytest.mark.parametrize(("solver", "package", "name"), FAST)
-def test_fem_solvers_agree(solver, package, name):
-    pytest.importorskip(package)
-    model = bench()
-    heat = areas(model, 5)
-    (one, first), (two, second) = solve(model, *heat, solver=solver), solve(model, *heat, solver="superlu")
-    assert (first.solver, second.solver) == (name, "SuperLU")
-    assert np.abs(one - two).max() < 1e-11 * np.abs(one).max()
-
-
-@pytest.mark.parametrize(("solver", "package", "name"), FAST)
-def test_fem_the_same_model_gives_the_same_bits(solver, package, name):
-    pytest.importorskip(package)
-    model = bench()
-    heat = areas(model, 2)
-    one, two = (solve(model, *heat, solver=solver)[0] for _ in range(2))
-    assert (one == two).all()
-
-
-def test_fem_every_python_that_is_promised_has_a_fast_solver():
-    if (sys.platform, platform.machine()) != ("linux", "x86_64"):
-        pytest.skip("the fast solvers come as wheels for Linux on x86-64")
-    model = bench()
-    assert solve(model, *areas(model, 2))[1].solver in ("MUMPS", "PARDISO")
-
-
-def test_fem_unknown_and_missing_solvers_are_named(monkeypatch):
-    model = bench()
-    with pytest.raises(UsageError, match="there is no solver 'umfpack'"):
-        solve(model, *areas(model, 2), solver="umfpack")
-    monkeypatch.setitem(sys.modules, "mumps", None)
-    with pytest.raises(UsageError, match="the solver MUMPS is not installed"):
-        solve(model, *areas(model, 2), solver="mumps")
-
-
 def test_fem_reference_temperatures_and_initial_field():
     # Differences of loads at 293 K: a thousand times the rounding of a unit load.
     model = bench()
@@ -220,9 +181,9 @@ def test_fem_a_loose_part_beside_a_held_one_is_named():
         solve(model, 1.0)
 
 
-@pytest.mark.parametrize(("solver", "package"), [("mumps", "mumps"), ("pardiso", "pypardiso"), ("superlu", "scipy")])
+@pytest.mark.parametrize(("solver", "package", "name"), LIBRARIES)
 @pytest.mark.parametrize("direction", [(0.0, 0.0, 1.0), (0.5, 0.3, 1.0)])
-def test_fem_mechanisms_are_refused_and_located(solver, package, direction):
+def test_fem_mechanisms_are_refused_and_located(solver, package, name, direction):
     # A post on a grid of solids: nothing stops it from turning about that grid.
     pytest.importorskip(package)
     position, corners = block_mesh((2, 2, 2), (0.3, 0.2, 0.1))

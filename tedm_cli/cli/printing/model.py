@@ -62,6 +62,7 @@ def solve_dict(path: Path, done: SolveReport) -> dict[str, Any]:
         "factor_s": s.factor_seconds,
         "solve_s": s.solve_seconds,
         "peak_bytes": done.peak_bytes,
+        "needed_bytes": s.needed_bytes,
         "relative_residual": s.max_relative_residual,
         "expansion_residual": s.expansion_residual,
         "bending_change": done.bending_change,
@@ -148,7 +149,8 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
     lines = [
         f"{path}: {done.n_cases} load cases, {done.n_grids:,} grids, {elements}",
         f"{s.solver}: {s.n_dof:,} unknowns, assembled in {s.assemble_seconds:.1f} s, factorised in"
-        f" {s.factor_seconds:.1f} s, solved in {s.solve_seconds:.1f} s; peak memory {done.peak_bytes / 1e9:.1f} GB",
+        f" {s.factor_seconds:.1f} s, solved in {s.solve_seconds:.1f} s; peak memory {done.peak_bytes / 1e9:.1f} GB,"
+        f" of which {s.needed_bytes / 1e9:.1f} GB were foreseen for factors and load cases",
         f"relative residual {s.max_relative_residual:.1e}, uniform expansion to {s.expansion_residual:.1e}",
     ]
     if done.bending_change is not None:

@@ -14,8 +14,9 @@ from tedm_cli.config.model.file import ModelConfig, load_model
 from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.deck_units import SI, DeckUnits
-from tedm_cli.errors import ConfigError, PhysicsError, UsageError
+from tedm_cli.errors import ConfigError, MemoryShortError, PhysicsError, UsageError
 from tedm_cli.fem.drilling import DrillingChange
+from tedm_cli.fem.linear import MemoryNeed
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import LoadCase, SolidBlock, Structure
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
@@ -84,6 +85,7 @@ def solve_deck(
     fits: Callable[[ModelGeometry], None] | None = None,
     unit_loads: bool = False,
     superelements: bool = False,
+    told: Callable[[MemoryNeed], None] | None = None,
 ) -> SolveReport:
     """Read `deck`, solve its subcases in SI and write `op2` in the units of the deck, as any Nastran would.
 
@@ -96,6 +98,7 @@ def solve_deck(
     fits : raises where the results of this model would be refused later, or None.
     unit_loads : whether temperature has to be its one load, as `ingest` wants it; with `superelements` also as the
         forces of P2G.
+    told : called with the memory that the factors need, before they are computed, or None.
 
     Raises
     ------
@@ -119,7 +122,7 @@ def solve_deck(
     labels = {case.id: case.label for case in cases}
     in_deck_units = np.repeat([1.0 / units.length_m, 1.0], 3)  # angles are in rad
     try:
-        solution = StaticSolution(structure, mass=mass, progress=progress)
+        solution = StaticSolution(structure, mass=mass, progress=progress, told=told)
         motions = solution.solve(cases)
         write_op2(
             op2,
@@ -129,8 +132,8 @@ def solve_deck(
                 for number, motion in motions
             ),
         )
-    except PhysicsError as exc:  # the solver knows elements and grids, and no file
-        raise PhysicsError(exc.fact, where=exc.where or str(deck), hint=exc.hint) from exc
+    except (PhysicsError, MemoryShortError) as exc:  # the solver knows elements and grids, and no file
+        raise type(exc)(exc.fact, where=exc.where or str(deck), hint=exc.hint) from exc
     solids = {_kind(block): len(block.element_id) for block in structure.solids}
     return SolveReport(
         n_grids=structure.n_grids,
@@ -178,7 +181,9 @@ def _kind(block: SolidBlock) -> str:
     return f"{block.card}{block.connectivity.shape[1]}" + (" with bubbles" if block.bubble else "")
 
 
-def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, SolveReport]:
+def solve(
+    project: Project, output: Path | None, step: Step, told: Callable[[MemoryNeed], None] | None = None
+) -> tuple[Path, SolveReport]:
     """Solve the configured unit-load deck; the results go where the model configuration expects them.
 
     Raises
@@ -204,11 +209,18 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
         fits=lambda geometry: require_layout_fits(project, config, geometry.grid_id, geometry.position_m),
         unit_loads=True,
         superelements=bool(config.superelement),
+        told=told,
     )
     return out, replace(report, turned_element=_turned_element(project, report.drilling_change))
 
 
-def solve_other(project: Project, deck: Path, output: Path | None, step: Step) -> tuple[Path, SolveReport]:
+def solve_other(
+    project: Project,
+    deck: Path,
+    output: Path | None,
+    step: Step,
+    told: Callable[[MemoryNeed], None] | None = None,
+) -> tuple[Path, SolveReport]:
     """Solve another deck than the configured one, with any loads of its own, in the units of the model configuration.
 
     The results go beside the deck. Raises what `solve_deck` does, and `UsageError` for results that are no OP2.
@@ -219,7 +231,7 @@ def solve_other(project: Project, deck: Path, output: Path | None, step: Step) -
         raise UsageError(f"{out} is no OP2, which is what the embedded solver writes", hint="name it with .op2")
     refuse_own_place(project, [out])
     units = table.deck_units()
-    report = solve_deck(deck, out, step, allow_missing_enddata=table.allow_missing_enddata, units=units)
+    report = solve_deck(deck, out, step, allow_missing_enddata=table.allow_missing_enddata, units=units, told=told)
     return out, replace(report, turned_element=_turned_element(project, report.drilling_change))
 
 
