@@ -18,9 +18,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from benchmarks.growth import per_size
+from benchmarks.growth import AREAS, per_size
 from benchmarks.process import ROOT, Usage, run
-from benchmarks.scale import CELLS, DECK, grids_of, stages
+from benchmarks.scale import CELLS, DECK, Measured, grids_of, stages
 
 TREES = ("tedm_cli", "configs", "sample_models")
 MANY_GRIDS = 2_000_000
@@ -116,7 +116,7 @@ def _gravity() -> dict[str, float | None]:
 
 def displacements(tree: Path, folder: Path) -> Iterator[Found]:
     """What the displacements take on their way from an OP2 to S and [D] of the optical grids, at 80 areas."""
-    plain = "plain read of the OP2's bytes"
+    plain = "np.fromfile of the whole OP2"
     took = {task: one for task, _, one in stages(80, CELLS, only=_PATH, tree=tree) if task in (*_PATH, plain)}
     seconds = [took[stage].streaming_s or took[stage].processor_s for stage in _PATH]
     yield Found(
@@ -128,26 +128,26 @@ def displacements(tree: Path, folder: Path) -> Iterator[Found]:
     )
 
 
-def areas(tree: Path, folder: Path) -> Iterator[Found]:
-    """Resident memory of the greediest stage at 68,000 grids."""
-    for count in (20, 80, 320):
-        most = max(one.resident_mb for task, _, one in stages(count, CELLS, only=_PATH, tree=tree) if task in _PATH)
-        yield Found(f"resident memory of a stage, at most, {count} areas", None, "MB", most)
-
-
 def decks(tree: Path, folder: Path) -> Iterator[Found]:
-    """`ingest` without its displacements, from 20,592 and 68,445 grids to two million."""
+    """`ingest` of a deck and its OP2: its resident memory by areas, and what the deck takes of it by grids."""
     task = next(iter(DECK))
-    found = []
-    for cells in (_SMALLER, CELLS):
-        one = next(m for name, _, m in stages(20, cells, deck=True, only=(task,), tree=tree) if name == task)
-        found.append((grids_of(cells), one.processor_s - one.streaming_s, one.anonymous_mb))
-    grids, seconds, memory = zip(*found, strict=True)
-    yield Found("deck of 2 million grids, from the slope", 60.0, "s", MANY_GRIDS * per_size(grids, seconds))
-    yield Found("memory of a deck, from the slope", 500.0, "bytes a grid", 1e6 * per_size(grids, memory))
+
+    def ingest(areas: int, cells: tuple[int, int, int]) -> Measured:
+        found = {name: one for name, _, one in stages(areas, cells, deck=True, only=(task,), tree=tree)}
+        return found[task]
+
+    by_areas = {count: ingest(count, CELLS) for count in AREAS}
+    for count, one in by_areas.items():
+        yield Found(f"resident memory of `ingest`, 68,000 grids × {count} areas", None, "MB", one.resident_mb)
+    sizes = {_SMALLER: ingest(AREAS[0], _SMALLER), CELLS: by_areas[AREAS[0]]}
+    grids = [grids_of(cells) for cells in sizes]
+    seconds = per_size(grids, [one.processor_s - one.streaming_s for one in sizes.values()])
+    yield Found("deck of 2 million grids, from the slope", 60.0, "s", MANY_GRIDS * seconds)
+    memory = per_size(grids, [1e6 * one.anonymous_mb for one in sizes.values()])
+    yield Found("memory of a deck, from the slope", 500.0, "bytes a grid", memory)
 
 
-GROUPS: Sequence[Callable[[Path, Path], Iterator[Found]]] = (desk, gravity, displacements, areas, decks)
+GROUPS: Sequence[Callable[[Path, Path], Iterator[Found]]] = (desk, gravity, displacements, decks)
 
 
 def _number(value: float | None) -> float | None:

@@ -26,9 +26,9 @@ def by_grids(cells: Sequence[Cells] = GRIDS, areas: int = 20) -> Iterator[dict[s
 
 
 def by_areas(areas: Sequence[int] = AREAS, cells: Cells = CELLS) -> Iterator[dict[str, Any]]:
-    """All stages without a deck, at this number of grids."""
+    """All stages, and `ingest` of a deck, at this number of grids."""
     for count in areas:
-        for task, stage, found in stages(count, cells):
+        for task, stage, found in stages(count, cells, deck=True):
             if task == stage:
                 yield row(task, stage, count, cells, found)
 

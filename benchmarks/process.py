@@ -104,10 +104,10 @@ def memory(pid: int | str = "self") -> dict[str, int]:
 def _family(pid: int) -> list[int]:
     found, i = [pid], 0
     while i < len(found):
-        for task in Path(f"/proc/{found[i]}/task").glob("*/children"):
-            try:
-                found += map(int, task.read_text().split())
-            except OSError:
-                continue  # ended meanwhile
+        try:
+            for task in os.listdir(f"/proc/{found[i]}/task"):
+                found += map(int, Path(f"/proc/{found[i]}/task/{task}/children").read_text().split())
+        except OSError:
+            pass  # ended meanwhile
         i += 1
     return found

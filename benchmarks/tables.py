@@ -9,6 +9,7 @@ from typing import Any
 from benchmarks.growth import column, exponent, per_size, tasks_of
 from benchmarks.largest import SOLVED
 from benchmarks.record import Record
+from benchmarks.scale import DECK
 
 Rows = Sequence[Mapping[str, Any]]
 Cells = list[list[str]]
@@ -122,7 +123,7 @@ def _areas_memory(rows: Rows) -> Cells:
 
 
 def _decks(rows: Rows) -> Cells:
-    ours, peer = (next(row["task"] for row in rows if (row["task"] == row["stage"]) is own) for own in (True, False))
+    ((ours, (peer,)),) = DECK.items()
     own = [row for row in rows if row["task"] in (ours, peer)]
     cells = [["", *(f"{n:,} grids" for n in _sizes(own, "grids")), "slope"]]
     for task in (ours, peer):
