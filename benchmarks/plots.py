@@ -5,36 +5,51 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from benchmarks.growth import column, exponent, tasks_of
 from benchmarks.record import Record
 from tedm_cli.figures.style import grid, series_look, style, svg
 
+_PANELS = (
+    ("processor_s", "seconds of processor"),
+    ("anonymous_mb", "anonymous memory (MB)"),
+    ("resident_mb", "resident memory (MB)"),
+)
+_TICKS = tuple(m * 10.0**n for n in range(-3, 6) for m in (1, 2, 5))
+
+
+def exponents(record: Record, task: str, size: str) -> str:
+    """Of time, anonymous and resident memory, as the key says them."""
+    found = (exponent(*column(record.rows, task, key, size)) for key, _ in _PANELS)
+    return ", ".join(f"{round(value, 2) + 0.0:.2f}" for value in found)  # + 0.0: no -0.00
+
 
 def _growth(record: Record, size: str, held: int, of: str) -> bytes:
-    """Seconds of processor and anonymous memory of every stage against a size."""
+    """Seconds of processor, anonymous and resident memory of every stage against a size."""
     tasks = tasks_of(record.rows)
     with style():
-        figure = Figure(figsize=(7.6, 5.4), layout="constrained")
-        panels = zip(
-            figure.subplots(1, 2),
-            (("processor_s", "seconds of processor"), ("anonymous_mb", "anonymous memory (MB)")),
-            strict=True,
-        )
-        for axes, (key, label) in panels:
+        figure = Figure(figsize=(7.6, 5.0), layout="constrained")
+        for axes, (key, label) in zip(figure.subplots(1, len(_PANELS)), _PANELS, strict=True):
             for place, task in enumerate(tasks):
                 sizes, values = column(record.rows, task, key, size)
                 look = {**series_look(place), "marker": "o", "markersize": 4}
                 look.pop("markevery", None)
-                axes.plot(sizes, values, **look, label=f"{task}: {exponent(sizes, values):.2f}")
+                told = f"{task}: {exponents(record, task, size)}"
+                axes.plot(sizes, values, **look, label=told if key == _PANELS[0][0] else None)
             axes.set_xscale("log")
             axes.set_yscale("log")
-            axes.set_xticks(sizes, [f"{n:,.0f}" for n in sizes])
+            for axis, places in ((axes.xaxis, sizes), (axes.yaxis, _TICKS)):
+                axis.set_major_locator(FixedLocator(places))
+                axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:,.0f}" if v >= 1 else f"{v:g}"))
+                axis.set_minor_formatter(NullFormatter())
+            axes.tick_params(axis="x", labelsize=8)
             axes.minorticks_off()
             axes.set_xlabel(size)
             axes.set_ylabel(label)
-            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=8, title="fitted exponent")
             grid(axes)
+        title = "exponents of time, anonymous and resident memory"
+        figure.legend(loc="outside lower center", ncols=2, fontsize=8.8, title=title)
         figure.suptitle(f"Growth in {size} at {held:,} {of}", x=0.01, ha="left", fontweight="bold", fontsize=10)
         return svg(figure, f"Growth in {size}", [f"benchmarks/results/{record.name}.json"])
 

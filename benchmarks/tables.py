@@ -118,7 +118,7 @@ def _areas_memory(rows: Rows) -> Cells:
         pairs = [f"{a:,.0f}, {r:,.0f}" for a, r in zip(anonymous, resident, strict=True)]
         # what the stage would hold of every displacement: 12 bytes an area and grid are all of [D]
         slope = _MB * per_size(sizes, anonymous) / rows[0]["grids"]
-        cells.append([task, *pairs, f"{slope:.2f}"])
+        cells.append([task, *pairs, f"{round(slope, 2) + 0.0:.2f}"])
     return cells
 
 
