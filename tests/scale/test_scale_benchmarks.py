@@ -6,6 +6,7 @@ import mmap
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -111,7 +112,8 @@ def test_corner_kernels_each_once_give_force_and_gradient() -> None:
     sides = np.array([0.046, 0.05, 0.03])
     points = np.random.default_rng(2).normal(size=(6, 3)) * 0.1 + 0.05
     nine = np.empty((6, 9))
-    _shared_corners().py_func(points, *(s * side / 2 for side in sides for s in (-1, 1)), nine)
+    loop: Any = _shared_corners()
+    loop.py_func(points, *(s * side / 2 for side in sides for s in (-1, 1)), nine)
     force, gamma = cuboid_force_gradient(points, sides)
     volume = sides.prod() * gravitational_constant
     np.testing.assert_allclose(-nine[:, :3] / volume, force, rtol=1e-9)
