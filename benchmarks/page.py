@@ -24,7 +24,7 @@ _PLACE = re.compile(r"<!-- benchmark (?P<name>[a-z0-9-]+) -->\n.*?<!-- end -->",
 def filled(text: str, records: dict[str, Record]) -> str:
     """The page with the tables of these results in their places.
 
-    LookupError for a place whose table or results are not there, and for a table without a place.
+    A table without results says so. LookupError for a table without a place, or the other way round.
     """
     tables = {table.name: table for table in TABLES}
     if missing := sorted(set(tables) - set(_PLACE.findall(text))):
@@ -32,14 +32,16 @@ def filled(text: str, records: dict[str, Record]) -> str:
 
     def table(place: re.Match[str]) -> str:
         found = tables[place["name"]]
-        return f"<!-- benchmark {found.name} -->\n{found.markdown(records[found.of])}\n<!-- end -->"
+        of = records.get(found.of)
+        text = found.markdown(of) if of else f"*Not measured: `python -m benchmarks {found.of}`.*"
+        return f"<!-- benchmark {found.name} -->\n{text}\n<!-- end -->"
 
     return _PLACE.sub(table, text)
 
 
 def figures(records: dict[str, Record]) -> dict[str, bytes]:
     """Every figure of the page by its file name."""
-    return {name: draw(records[of]) for name, (of, draw) in FIGURES.items()}
+    return {name: draw(records[of]) for name, (of, draw) in FIGURES.items() if of in records}
 
 
 def main() -> None:

@@ -109,16 +109,14 @@ def _areas_time(rows: Rows) -> Cells:
 
 
 def _areas_memory(rows: Rows) -> Cells:
-    cells = [
-        ["stage", *(f"{n:,} areas: anonymous, resident MB" for n in _sizes(rows, "areas")), "bytes an area and grid"]
-    ]
+    heads = [f"{n:,} areas" for n in _sizes(rows, "areas")]
+    cells = [["stage: anonymous, resident MB", *heads, "resident bytes an area and grid"]]
     for task in tasks_of(rows):
-        sizes, anonymous = column(rows, task, "anonymous_mb", "areas")
-        _, resident = column(rows, task, "resident_mb", "areas")
+        sizes, resident = column(rows, task, "resident_mb", "areas")
+        _, anonymous = column(rows, task, "anonymous_mb", "areas")
         pairs = [f"{a:,.0f}, {r:,.0f}" for a, r in zip(anonymous, resident, strict=True)]
-        # what the stage would hold of every displacement: 12 bytes an area and grid are all of [D]
-        slope = _MB * per_size(sizes, anonymous) / rows[0]["grids"]
-        cells.append([task, *pairs, f"{round(slope, 2) + 0.0:.2f}"])
+        slope = _MB * per_size(sizes, resident) / rows[0]["grids"]
+        cells.append([task, *pairs, f"{round(slope, 1) + 0.0:.1f}"])
     return cells
 
 
