@@ -147,7 +147,8 @@ def _chunks(rows: Rows) -> Cells:
 
 def _goals(rows: Rows) -> Cells:
     compared = any("before" in row for row in rows)
-    cells = [["", "goal", *(["before"] if compared else []), "now", *(["now / before"] if compared else [])]]
+    older = [f"commit {rows[0]['commit']}"] if compared else []
+    cells = [["", "goal", *older, "now", *(["now / before"] if compared else [])]]
     for row in rows:
         limit = f"flat, {row['unit']}" if row["limit"] is None else f"{number(row['limit'])} {row['unit']}"
         told = [_with_processor(row, which) for which in (("before", "now") if compared else ("now",))]

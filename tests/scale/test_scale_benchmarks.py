@@ -151,6 +151,7 @@ def test_goals_of_two_trees_are_measured_in_turn(monkeypatch: pytest.MonkeyPatch
     assert turns[::2] == [goals.ROOT, goals.ROOT]
     assert goals.ROOT not in turns[1::2]
     table = next(t for t in TABLES if t.name == "goals").markdown(Record("goals", ABOUT, rows))
+    assert "| commit abc1234 | now |" in table
     assert "| a goal | 1.0 s | 4.0 (3.0 processor s) | 2.0 (1.0 processor s) | 0.33 |" in table
 
 
