@@ -153,7 +153,8 @@ def _goals(rows: Rows) -> Cells:
         limit = f"flat, {row['unit']}" if row["limit"] is None else f"{number(row['limit'])} {row['unit']}"
         told = [_with_processor(row, which) for which in (("before", "now") if compared else ("now",))]
         key = "_processor_s" if row["now_processor_s"] else ""
-        ratio = [number(row[f"now{key}"] / row[f"before{key}"])] if compared else []
+        before = row.get(f"before{key}")
+        ratio = [number(row[f"now{key}"] / before) if before else ""] if compared else []
         cells.append([row["goal"], limit, *told, *ratio])
     return cells
 

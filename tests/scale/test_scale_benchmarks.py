@@ -144,6 +144,9 @@ def test_goals_of_two_trees_are_measured_in_turn(monkeypatch: pytest.MonkeyPatch
     def group(tree: Path, folder: Path) -> Iterator[goals.Found]:
         turns.append(tree)
         yield goals.Found("a goal", 1.0, "s", 2.0 if tree == goals.ROOT else 4.0, 1.0 if tree == goals.ROOT else 3.0)
+        if tree != goals.ROOT:
+            raise process.subprocess.CalledProcessError(1, ["what the older tree does not know"])
+        yield goals.Found("another", 5.0, "ns", 6.0)
 
     monkeypatch.setattr(goals, "GROUPS", (group, group))
     monkeypatch.setattr(goals, "older", lambda commit, folder: folder)
@@ -153,6 +156,7 @@ def test_goals_of_two_trees_are_measured_in_turn(monkeypatch: pytest.MonkeyPatch
     table = next(t for t in TABLES if t.name == "goals").markdown(Record("goals", ABOUT, rows))
     assert "| commit abc1234 | now |" in table
     assert "| a goal | 1.0 s | 4.0 (3.0 processor s) | 2.0 (1.0 processor s) | 0.33 |" in table
+    assert "| another | 5.0 ns |  | 6.0 |  |" in table
 
 
 def test_every_set_has_a_command_and_every_table_a_set(
