@@ -95,7 +95,7 @@ def operator(cells: tuple[int, int, int]) -> Result:
         lambda: structure_gravity(lumped, tm, tolerance=1e-4),
         note,
         runs=2,
-        each=(sources, "source"),
+        each=(sources, "quadrature point"),
     )
 
 
