@@ -88,7 +88,7 @@ class _Peaks:
             self._resident = max(self._resident, sum(one["VmRSS"] for one in found))
             self._anonymous = max(self._anonymous, sum(one["RssAnon"] for one in found))
             self._file = max(self._file, sum(one["RssFile"] + one["RssShmem"] for one in found))
-            self._highest = max(self._highest, *(one["VmHWM"] for one in found), 0)
+            self._highest = max([self._highest, *(one["VmHWM"] for one in found)])
 
 
 def memory(pid: int | str = "self") -> dict[str, int]:
@@ -101,12 +101,22 @@ def memory(pid: int | str = "self") -> dict[str, int]:
     return {kind: int(lines[kind].split()[0]) if kind in lines else 0 for kind in _KINDS}
 
 
+def _command(pid: int | str) -> bytes:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return b""
+
+
 def _family(pid: int) -> list[int]:
+    """A process and its descendants, without copies of another that still share its memory: forks, and what begins."""
     found, i = [pid], 0
     while i < len(found):
+        own = _command(found[i])
         try:
             for task in os.listdir(f"/proc/{found[i]}/task"):
-                found += map(int, Path(f"/proc/{found[i]}/task/{task}/children").read_text().split())
+                children = Path(f"/proc/{found[i]}/task/{task}/children").read_text().split()
+                found += [child for child in map(int, children) if _command(child) != own]
         except OSError:
             pass  # ended meanwhile
         i += 1

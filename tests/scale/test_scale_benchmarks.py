@@ -84,6 +84,12 @@ def test_mapped_pages_are_not_anonymous(tmp_path: Path) -> None:
     assert found.anonymous_mb < 30.0
 
 
+def test_a_copy_that_shares_the_memory_of_another_is_not_counted() -> None:
+    code = "import os, time\nx = bytearray(b'1') * 50_000_000\n"
+    code += "if os.fork():\n os.wait()\nelse:\n time.sleep(0.1)\n"
+    assert 50.0 < process.run(["-c", code]).resident_mb < 90.0
+
+
 def test_a_failure_of_a_process_is_told(capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(process.subprocess.CalledProcessError):
         process.run(["-c", "raise SystemExit('what was wrong')"])
