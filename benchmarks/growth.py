@@ -44,8 +44,9 @@ def of_op2(areas: int = 80, cells: Cells = CELLS) -> Iterator[dict[str, Any]]:
     """An OP2 written and read: by this program, plainly, and by pyNastran."""
     with tempfile.TemporaryDirectory() as name:
         for stage in OP2:
-            for task in (stage, *RESULTS[stage], *(WRITING_PEERS if stage == OP2[0] else ())):
-                yield row(task, stage, areas, cells, measure(task, Path(name), areas, cells))
+            tasks = [stage, *RESULTS[stage], *(WRITING_PEERS if stage == OP2[0] else ())]
+            for task, found in measure(tasks, Path(name), areas, cells).items():
+                yield row(task, stage, areas, cells, found)
 
 
 def exponent(size: Sequence[float], value: Sequence[float]) -> float:
