@@ -16,6 +16,7 @@ JOBS ?= 2
 FUZZ_SEED ?= 2026
 FUZZ_COUNT ?= 10000
 FUZZ_LOG ?= fuzz.log
+BEFORE ?=
 
 $(foreach name,CONFIGS BUILD VENV,$(if $(word 2,$($(name))),$(error $(name) = '$($(name))': Make takes no names with blanks)))
 
@@ -43,7 +44,7 @@ help: ## Show this help
 	@echo "make format   format the code"
 	@echo "make docs     build the documentation as a site that needs no network, in $(BUILD)/site"
 	@echo "make reference print docs/reference/ files.md, commands.md and configuration.md from the code"
-	@echo "make bench    run the benchmarks"
+	@echo "make bench    run the benchmarks in some ten minutes: tables, and JSON in $(BUILD)/benchmarks"
 	@echo "make fuzz     judge $(FUZZ_COUNT) damaged inputs (FUZZ_SEED=$(FUZZ_SEED), FUZZ_COUNT): half an hour"
 	@echo "make faults   kill every command, make all and tedm run at many moments, fill the disk, run chains at once: five minutes"
 	@echo "make clean    remove $(BUILD); make distclean removes $(VENV) as well"
@@ -102,7 +103,7 @@ reference: $(RUN_STAMP)
 		$(BIN)/python -m tedm_cli.$${page%:*} > docs/reference/$${page#*:}.md; done
 
 bench: $(DEV_STAMP)
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks --into '$(BUILD)/benchmarks' $(if $(BEFORE),--before '$(BEFORE)')
 
 # Mutants that are not fine are in $(FUZZ_LOG), each with the line that judges it alone.
 fuzz: $(DEV_STAMP)

@@ -1,1 +1,1 @@
-"""Benchmarks: ratios against a named peer in the same run. `make bench` prints them."""
+"""Benchmarks against named peers, growth with the size of models, and goals: `make bench`; `page.py` makes the page."""

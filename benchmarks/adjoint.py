@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 
+from benchmarks.process import memory, run
 from benchmarks.solver import bench
-from benchmarks.timing import Result
+from benchmarks.timing import Result, Times
 from tedm_cli.adjoint.areas import Warmed, temperatures
 from tedm_cli.arrays import FloatArray
 from tedm_cli.fem.static import StaticSolution
@@ -72,23 +71,21 @@ class _Clock:
 
     def line(self, work: str, areas: int) -> Line:
         seconds, processor = time.perf_counter() - self._start, time.process_time() - self._processor
-        # of this program alone; ru_maxrss counts the process that started it as well
-        status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
-        return Line(work, areas, seconds, processor, float(status["VmHWM"].split()[0]) / 1e3)
+        return Line(work, areas, seconds, processor, memory()["VmHWM"] / 1e3)
 
 
-def against_unit_loads() -> Result:
+def against_unit_loads(cells: tuple[int, int, int] = (60, 24, 10)) -> Result:
     """24 outputs by the adjoint, whatever the areas, against the unit loads of 80 of them; in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks.adjoint", "--json"]
-    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    text = run(["-m", "benchmarks.adjoint", "--json", *map(str, cells)]).output
     factors, ours, peer = (Line(**line) for line in json.loads(text))
-    note = f"peak {ours.peak_mb / 1e3:.2f} GB, of the factorisation {factors.peak_mb / 1e3:.2f} GB"
-    return Result(ours.seconds, peer.seconds, note)
+    note = f"after a factorisation of {factors.processor_s:.1f} s"
+    return Result(*(Times((line.processor_s,), (line.seconds,)) for line in (ours, peer)), note=note)
 
 
 def main() -> None:
-    if sys.argv[1:] == ["--json"]:
-        print(json.dumps([asdict(line) for line in lines(CELLS, (80,))]))
+    if sys.argv[1:2] == ["--json"]:
+        nx, ny, nz = map(int, sys.argv[2:5])
+        print(json.dumps([asdict(line) for line in lines((nx, ny, nz), (80,))]))
         return
     nx, ny, nz = map(int, sys.argv[1:4] or CELLS)
     print(f"{(nx + 1) * (ny + 1) * (nz + 1):,} grids, {OUTPUTS} outputs")

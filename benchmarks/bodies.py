@@ -58,8 +58,7 @@ def against_cuboid(make: Callable[[], Body], limits: tuple[float, float]) -> Res
     """All six quantities, on one thread, against those of a cube at as many points as far in terms of its radius."""
     body, cube = make(), Cuboid(SIDES)
     points, others = points_around(body.radius_m, limits), points_around(cube.radius_m, limits)
-    result = timed(lambda: body.field(points), lambda: cube.field(others))
-    return Result(result.ours, result.peer, f"{1e6 * result.ours / POINTS:.2f} us per source")
+    return timed(lambda: body.field(points), lambda: cube.field(others), each=(POINTS, "source"))
 
 
 def against_polyhedral_gravity(make: Callable[[], Polyhedron], limits: tuple[float, float]) -> Result:
@@ -82,9 +81,9 @@ def against_polyhedral_gravity(make: Callable[[], Polyhedron], limits: tuple[flo
     found = np.array([row[2] for row in theirs(listed, parallel=False)])[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]]
     gamma = body.force_gradient(points)[1].reshape(-1, 9)
     apart = (np.abs(found - gamma).max(axis=1) / np.abs(gamma).max(axis=1)).max()
-    result = timed(lambda: body.force_gradient(points), lambda: theirs(listed, parallel=False))
-    facets = len(solid.triangle)
-    each = (
-        f"{1e6 * result.ours / POINTS:.2f} us per source, {1e9 * result.ours / POINTS / facets:.1f} ns per source and"
+    return timed(
+        lambda: body.force_gradient(points),
+        lambda: theirs(listed, parallel=False),
+        f"gradients apart by {apart:.0e}",
+        each=(POINTS, "source"),
     )
-    return Result(result.ours, result.peer, f"{each} triangle; gradients apart by {apart:.0e}")

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from benchmarks.timing import Result
+from benchmarks.timing import Result, Times
 
 
 def one_run(jobs: int = 2) -> Result:
@@ -31,7 +31,7 @@ def one_run(jobs: int = 2) -> Result:
                 if command[0] == "plot":
                     (folder / "alone" / "figures.stamp").touch()
         note = f"processor time of {len(commands)} commands; elapsed {ours.elapsed:.1f} against {theirs.elapsed:.1f} s"
-        return Result(ours.processor, theirs.processor, note)
+        return Result(Times((ours.processor,), (ours.elapsed,)), Times((theirs.processor,), (theirs.elapsed,)), note)
 
 
 class _Spent:

@@ -1,4 +1,4 @@
-"""The embedded solver at the size of a flight model: assembly against factorisation, memory, and the fallback.
+"""The embedded solver at the size of a flight model: time and memory of its parts, and the fallback.
 
 python -m benchmarks.solver: 66,256 grids; with SuperLU as argument: 11,077. A process for each, for its peak is that
 of the process.
@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import json
 import resource
-import subprocess
 import sys
 
 import numpy as np
 
-from benchmarks.timing import Result
 from tedm_cli.fem.elasticity import ISOTROPIC, isotropic_stiffness
 from tedm_cli.fem.linear import SolverName
 from tedm_cli.fem.static import StaticSolution
@@ -71,14 +69,6 @@ def measure(solver: SolverName, cells: tuple[int, int, int]) -> dict[str, float 
         "peak_GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
         "residual": report.max_relative_residual,
     }
-
-
-def assembly() -> Result:
-    """Assembly against factorisation, 66,256 grids, in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks.solver"]
-    found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-    note = f"{CASES} cases in {found['solution_s']:.1f} s, peak {found['peak_GB']:.1f} GB, {found['solver']}"
-    return Result(found["assembly_s"], found["factorisation_s"], note)
 
 
 if __name__ == "__main__":

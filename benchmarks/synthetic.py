@@ -183,12 +183,12 @@ def write_unit_loads(
             "/mass/centre_of_gravity": lumped @ model.position / MASS_KG,
         }.items():
             writer.write(name, value)
-        source = _of_results(results, loads, model) if results else motions(loads, n)
+        source = displacements_of(results, loads, model) if results else motions(loads, n)
         write_motions(writer, source, loads, n, single=True, step=step)
     return path
 
 
-def _of_results(
+def displacements_of(
     results: Sequence[Path], loads: UnitLoads, model: Block
 ) -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
     """Displacements as `ingest` reads them, without a deck: all that is asked of the geometry, in the basic frame."""

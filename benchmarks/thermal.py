@@ -6,18 +6,16 @@ the next at its edges and radiating to the nodes that face it; with far radiatio
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
+from benchmarks.process import memory
 from benchmarks.timing import Result, timed
 from tedm_cli.thermal.linear import LinearNetwork, Place, linearised, shares
 from tedm_cli.thermal.low_pass import fitted
@@ -106,9 +104,7 @@ class _Clock:
 
     def line(self, work: str, nodes: int) -> Line:
         seconds, processor = time.perf_counter() - self._start, time.process_time() - self._processor
-        # of this program alone; ru_maxrss counts the process that started it as well
-        status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
-        return Line(work, nodes, seconds, processor, float(status["VmHWM"].split()[0]) / 1e3)
+        return Line(work, nodes, seconds, processor, memory()["VmHWM"] / 1e3)
 
 
 def against_default_order(frequencies: int = 5) -> Result:
@@ -121,24 +117,11 @@ def against_default_order(frequencies: int = 5) -> Result:
     def peer() -> object:
         return [scipy.sparse.linalg.splu(network.conductance + 2j * np.pi * x * diagonal).solve(right) for x in f]
 
-    return timed(lambda: transfer(network, f), peer, runs=3)
-
-
-def whole() -> Result:
-    """300 frequencies of some 5,000 nodes in a process of its own; the peer is the minute that they may take."""
-    text = subprocess.run(
-        [sys.executable, "-m", "benchmarks.thermal", "--json", str(NODES)], check=True, capture_output=True, text=True
-    ).stdout
-    found = [Line(**line) for line in json.loads(text)]
-    return Result(found[1].seconds, 60.0, f"peak {found[1].peak_mb / 1e3:.2f} GB, of which the gains are 0.5 GB")
+    return timed(lambda: transfer(network, f), peer, runs=3, each=(frequencies, "frequency"))
 
 
 def main() -> None:
-    as_json = sys.argv[1:2] == ["--json"]
-    numbers = [int(word) for word in sys.argv[1 + as_json :]] or [1250, 2500, 5000, 10000]
-    if as_json:
-        print(json.dumps([asdict(line) for line in lines(numbers[0])]))
-        return
+    numbers = [int(word) for word in sys.argv[1:]] or [1250, 2500, 5000, 10000]
     print(f"{'':42} {'nodes':>6} {'seconds':>9} {'processor':>9} {'peak MB':>9} {'load':>5}", flush=True)
     for nodes in numbers:
         for line in lines(nodes):
