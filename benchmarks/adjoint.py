@@ -79,7 +79,8 @@ def against_unit_loads(cells: tuple[int, int, int] = (60, 24, 10)) -> Result:
     text = run(["-m", "benchmarks.adjoint", "--json", *map(str, cells)]).output
     factors, ours, peer = (Line(**line) for line in json.loads(text))
     note = f"after a factorisation of {factors.processor_s:.1f} s"
-    return Result(*(Times((line.processor_s,), (line.seconds,)) for line in (ours, peer)), note=note)
+    ours_s, peer_s = (Times((line.processor_s,), (line.seconds,)) for line in (ours, peer))
+    return Result(ours_s, peer_s, note=note)
 
 
 def main() -> None:

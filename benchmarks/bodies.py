@@ -51,7 +51,8 @@ def points_around(radius: float, limits: tuple[float, float]) -> FloatArray:
     rng = np.random.default_rng(1)
     direction = rng.normal(size=(POINTS, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    return np.asarray(direction * radius * np.exp(rng.uniform(*np.log(limits), (POINTS, 1))))
+    nearest, farthest = np.log(limits).tolist()
+    return np.asarray(direction * radius * np.exp(rng.uniform(nearest, farthest, (POINTS, 1))))
 
 
 def against_cuboid(make: Callable[[], Body], limits: tuple[float, float]) -> Result:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,10 +33,10 @@ def rows(grids: int = 330_000, areas: int = 40, runs: int = 2) -> Iterator[dict[
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "layout.h5"
         for chunk, cache in LAYOUTS:
-            works = {
-                "write": lambda c=chunk, b=cache: _write(path, areas, values, c, b),
-                "by_area": lambda b=cache: _by_area(path, b),
-                "by_block": lambda b=cache: _by_block(path, b),
+            works: dict[str, Callable[[], object]] = {
+                "write": partial(_write, path, areas, values, chunk, cache),
+                "by_area": partial(_by_area, path, cache),
+                "by_block": partial(_by_block, path, cache),
             }
             speeds = {what: round(size / min(_seconds(work) for _ in range(runs)), 2) for what, work in works.items()}
             yield {"chunk": chunk, "cache_MB": cache // MB, "gigabytes": size, **speeds}

@@ -37,8 +37,8 @@ def no_variables(monkeypatch):
 def test_fem_solvers_agree(solver, package, name):
     """With numpy's dense solution, and so with each other."""
     pytest.importorskip(package)
-    dense = np.random.default_rng(2).standard_normal((40, 40))
-    dense = dense @ dense.T + np.diag(np.geomspace(1.0, 1e4, 40))
+    half = np.random.default_rng(2).standard_normal((40, 40))
+    dense = half @ half.T + np.diag(np.geomspace(1.0, 1e4, 40))
     right = np.random.default_rng(3).standard_normal((40, 5))
     factors = factorise(sp.csr_matrix(dense), solver)
     assert factors.name == name
