@@ -69,7 +69,7 @@ BROKEN = {
     "no command": ("distortion.h5", remove_attribute("command_line"), "command_line is missing"),
     "no provenance": ("distortion.h5", delete("/provenance"), "/provenance/input_sha256 is missing"),
     "half a provenance": ("distortion.h5", delete("/provenance/input_sha256"), "/provenance/input_sha256 is missing"),
-    "no matrix": ("distortion.h5", delete("/D/translation"), "/D/translation is missing"),
+    "no matrix": ("distortion.h5", delete("/D/translation"), "has no /D/translation, but others of its group"),
     "no group": ("unit_loads.h5", delete("/area"), "/area/id is missing"),
     "no read-out": ("optics.h5", delete("/N"), "/N/{set} is missing"),
     "too few nodes": ("unit_loads.h5", put("/grid/position", np.zeros((3, 3))), "/grid/position 3 along node"),

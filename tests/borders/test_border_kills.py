@@ -107,7 +107,7 @@ def test_no_room_in_a_process_of_its_own(small: Project) -> None:
     arguments = ["build-distortion", "-c", str(small.folder / "tedm.toml"), "-d", str(small.build)]
     done = subprocess.run(
         [sys.executable, "-m", "tedm_cli.cli", *arguments],
-        preexec_fn=lambda: limit_file_size(100_000),
+        preexec_fn=lambda: limit_file_size(10_000),
         capture_output=True,
         text=True,
         check=False,

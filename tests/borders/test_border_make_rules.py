@@ -218,7 +218,7 @@ def test_folders_with_blanks_are_refused_by_make(fresh: Project, variable: str) 
 def test_a_solver_with_quotes(fresh: Project) -> None:
     """The command comes to the shell as one word."""
     solved_by_tedm(fresh)
-    done = run_make(fresh, "-n", "all", "NASTRAN=sh -c 'exec x' {deck}")
+    done = run_make(fresh, "-n", "stages", "NASTRAN=sh -c 'exec x' {deck}")
     assert "--run 'sh -c '\\''exec x'\\'' {deck}'" in done.stdout, done.stderr
 
 
@@ -228,7 +228,7 @@ def test_series_are_run_without_and_with_the_loop(fresh: Project) -> None:
     (fresh.folder / "warm.csv").write_text("time_s,all\n0,1\n1,2\n")
     with open(fresh.folder / "cases.toml", "a") as stream:
         stream.write('\n[[series]]\nname = "warm"\nfile = "warm.csv"\nremove = "mean"\n')
-    done = run_make(fresh, "-n", "all")
+    done = run_make(fresh, "-n", "stages")
     assert done.returncode == 0, done.stderr
     commands = [line.split()[1:4] for line in done.stdout.splitlines() if "/bin/tedm " in line]
     assert commands.count(["run-series", "warm", "-c"]) == commands.count(["simulate", "--series", "warm"]) == 1
@@ -237,11 +237,11 @@ def test_series_are_run_without_and_with_the_loop(fresh: Project) -> None:
     second = text.index('[[test_mass]]\nname = "TM2"')
     gravity = text[text.index("[gravity]", second) :].replace(', TM2 = ["IS2"]', "")
     fresh.model.write_text(text[:second] + gravity.replace('name = "lpf"', 'name = "lpf"\napplies_to = "single"'))
-    done = run_make(fresh, "-n", "all")
+    done = run_make(fresh, "-n", "stages")
     assert "run-series warm" in done.stdout
     assert "--series" not in done.stdout
     (fresh.folder / "warm.csv").rename(fresh.folder / "hot.csv")
-    done = run_make(fresh, "-n", "all")
+    done = run_make(fresh, "-n", "stages")
     assert done.returncode != 0
     assert "warm.csv" in done.stderr
 

@@ -138,7 +138,9 @@ def told(memory):
     pages = int(open("/proc/self/statm").read().split()[1])  # of now: the peak may be that of what came before
     held.append(resource.getpagesize() * pages)
 factors = factorise(k, sys.argv[1], told=told)
-print(need[0], 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - held[0])
+# of this program alone: ru_maxrss counts the process that started it
+peak = next(line for line in open("/proc/self/status") if line.startswith("VmHWM"))
+print(need[0], 1024 * int(peak.split()[1]) - held[0])
 """
 
 

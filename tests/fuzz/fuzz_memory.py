@@ -49,6 +49,9 @@ class MemoryFile:
         self.data[path] = np.zeros(shape, np.float32 if single else np.float64)
         return Allocated(_Dataset(path, self.data[path]), _Sink(), lambda value: None)  # type: ignore[arg-type]
 
+    def view(self, path: str, source: MemoryFile) -> bool:
+        return False  # memory is no folder
+
     def has(self, path: str) -> bool:
         return path in self.data
 

@@ -12,6 +12,7 @@ import numpy as np
 from tedm_cli.area_names import LONGEST
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.bulk.columns import columns_of
 from tedm_cli.nastran.loads.grid_temperatures import absolute, grid_temperature_lines
 from tedm_cli.nastran.loads.temperature_sets import free_set_ids, reference_temperature
 from tedm_cli.nastran.loads.unit_deck import SourceModel, source_comments
@@ -93,9 +94,11 @@ def verify_node_deck(
         if problem := control_problem(model, source, "TEMPERATURE(LOAD)", deck.cases):
             return problem
         for number, (label, sid) in enumerate(deck.cases):
-            found = {int(n): t for card in model.loads.get(sid, []) for n, t in card.temperatures.items()}
-            same = sorted(found) == ids.tolist() and float(model.tempds[sid].temperature) == deck.rest
-            steps = (np.array([found[i] for i in ids.tolist()]) - deck.rest) / degrees if same else field[:0, 0]
+            found = columns_of(model).temperature_sets.get(sid)
+            given, value = (ids[:0], field[:0, 0]) if found is None else (found.grid_id, found.value)
+            order = np.argsort(given, kind="stable")
+            same = np.array_equal(given[order], ids) and float(model.tempds[sid].temperature) == deck.rest
+            steps = (value[order] - deck.rest) / degrees if same else field[:0, 0]
             room = _ROUNDING_K * max(1.0, abs(deck.rest) / 1e3)
             if not same or not np.allclose(steps, field[rows, number], rtol=0.0, atol=room):
                 return f"temperatures of {label}"
