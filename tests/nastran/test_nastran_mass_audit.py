@@ -19,7 +19,7 @@ from tedm_cli.deck_units import DeckUnits
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.geometry import ModelGeometry
-from tedm_cli.nastran.masses.audit import check_sample, weight_table
+from tedm_cli.nastran.masses.audit import _holds, check_sample, weight_table
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.stages.model.masses import (
@@ -236,3 +236,15 @@ def test_grids_with_mass_inside_a_test_mass(geometry: ModelGeometry) -> None:
         check_grids_outside(near.test_masses(), geometry)
     parts = config("[test_mass.model_parts]\nproperties = [1, 4]\ngrids = [7]", (2.0, 1.0, 3.01))
     check_grids_outside(parts.test_masses(), without_test_masses(geometry, parts, Path("model.toml"))[0])
+
+
+def test_a_name_is_found_wherever_pieces_of_a_file_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At every place of files of up to 50 bytes, which are read 16 at a time; and not where it is not."""
+    monkeypatch.setattr("tedm_cli.nastran.masses.audit._PIECE", 16)
+    for size in range(50):
+        for at in (None, *range(size - 3)):
+            data = bytearray(b"OGP" * 17)[:size]
+            if at is not None:
+                data[at : at + 4] = b"OGPW"
+            (tmp_path / "f").write_bytes(data)
+            assert _holds(tmp_path / "f", b"OGPW") == (at is not None)

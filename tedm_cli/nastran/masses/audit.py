@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mmap
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from tedm_cli.nastran.geometry import ModelGeometry, id_list
 from tedm_cli.nastran.op2.walk import walked
 from tedm_cli.nastran.parameter_values import number_parameter
 
+_PIECE = 1 << 22  # bytes of a file that are looked through at once
 _SAMPLE = 50  # elements of each card and property
 # pyNastran takes warped plates as flat, and sides as straight where there are midside nodes. What differs by more than
 # this in the sum of a sample is no matter of shape.
@@ -148,9 +148,8 @@ def weight_table(path: Path, place_of: Callable[[int], FloatArray], units: DeckU
     """
     if is_hdf5(path):
         return None
-    with open(path, "rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        if data.find(b"OGPW") < 0:
-            return None
+    if not _holds(path, b"OGPW"):
+        return None
     with walked(path) as (walk, _):
         found = walk.weights
     if len(found) != 1:
@@ -166,3 +165,16 @@ def weight_table(path: Path, place_of: Callable[[int], FloatArray], units: DeckU
     inertia = matrix[3:, 3:] - mass.mean() * (w @ w * np.eye(3) - np.multiply.outer(w, w))
     centre = place_of(found[0].grid) + units.factor(LENGTH) * w
     return WeightTable(path, units.factor(MASS) * mass, centre, units.factor(INERTIA) * inertia)
+
+
+def _holds(path: Path, name: bytes) -> bool:
+    """Whether a file has these bytes; read and not mapped, as mapped pages count as memory of the process."""
+    piece, kept = bytearray(_PIECE), len(name) - 1
+    view, start = memoryview(piece), 0
+    with open(path, "rb", buffering=0) as stream:
+        while size := stream.readinto(view[start:]):
+            if piece.find(name, 0, start + size) >= 0:
+                return True
+            piece[:kept] = piece[max(0, start + size - kept) : start + size].rjust(kept, b"\0")
+            start = kept
+    return False
