@@ -170,7 +170,7 @@ def test_every_set_has_a_command_and_every_table_a_set(
 ) -> None:
     assert {table.of for table in TABLES} == set(command.sets())
     stored = record.stored()
-    assert {"op2", "grids", "areas", "decks", "chunks"} <= set(stored) <= set(command.sets())
+    assert {"op2", "grids", "areas", "decks", "chunks", "goals", "ratios"} <= set(stored) <= set(command.sets())
     row = ratios.of(timed(lambda: sum(range(99)), None, "a note", runs=1, each=(99, "point")))
     monkeypatch.setattr(ratios, "in_one_process", lambda: [{"work": "a sum", "peer": None, **row}])
     command.main(["ratios", "--into", str(tmp_path)])
