@@ -35,8 +35,8 @@ def build_sensitivity(
         bool,
         typer.Option(
             "--no-store",
-            help="Read each result file of model.op2 once, and keep no displacements of grids: in place of `tedm"
-            " ingest` and `tedm build-distortion`.",
+            help="Read the displacements of each result file of model.op2 once, and keep none of grids: in place of"
+            " `tedm ingest` and `tedm build-distortion`.",
         ),
     ] = False,
     partial: Annotated[
@@ -65,9 +65,9 @@ def build_sensitivity(
     On each test mass: acceleration at rest, judged by what model.toml limits ([[requirement_at_rest]]), four stiffness
     matrices, and the sensitivity to each thermal area. Compensation masses that are tied to grids move with these.
 
-    With --no-store each result file is read once, and displacements of grids are not kept. Results in several files
-    can be reduced by several machines: each file by --partial on a machine that sees it, and then `tedm merge`; or all
-    by --scheduler. None of these needs `tedm ingest`, and `tedm run` goes on from what they leave.
+    With --no-store the displacements of each result file are read once, and those of grids are not kept. Results in
+    several files can be reduced by several machines: each file by --partial on a machine that sees it, and then `tedm
+    merge`; or all by --scheduler. None of these needs `tedm ingest`, and `tedm run` goes on from what they leave.
     """
     from tedm_cli.cli.printing.gravity import sensitivity_dict, sensitivity_lines
     from tedm_cli.progress import progress

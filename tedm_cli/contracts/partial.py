@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tedm_cli.contracts.distortion import DISTORTION
 from tedm_cli.contracts.spec import (
     ACCELERATIONS,
     BASIC,
@@ -17,7 +18,6 @@ from tedm_cli.contracts.spec import (
     Values,
 )
 
-_OPTICS = "optics"  # absent where the project has none
 _POSITIONS = "uncertain positions"
 
 
@@ -57,29 +57,9 @@ class PartialFile(AreaDatasets, GridIds, FileKind):
         optional=True,
         group=_POSITIONS,
     )
-    OPTICAL_NAME = Dataset(
-        "/optical/name", ("optical",), "str", "1", "optical element", optional=True, values=NAMES, group=_OPTICS
-    )
-    D_OPT_TRANSLATION = Dataset(
-        "/D_opt/translation",
-        ("area", "optical", "xyz"),
-        "float",
-        PER_AREA,
-        "translation of the optical elements per /area/unit",
-        BASIC,
-        True,
-        group=_OPTICS,
-    )
-    D_OPT_ROTATION = Dataset(
-        "/D_opt/rotation",
-        ("area", "optical", "xyz"),
-        "float",
-        TURN_PER_AREA,
-        "rotation of the optical elements per /area/unit",
-        BASIC,
-        True,
-        group=_OPTICS,
-    )
+    OPTICAL_NAME = DISTORTION.OPTICAL_NAME
+    D_OPT_TRANSLATION = DISTORTION.D_OPT_TRANSLATION
+    D_OPT_ROTATION = DISTORTION.D_OPT_ROTATION
     TIE_BLOCK = Dataset("/tie/block", ("tie",), "str", "1", "compensation mass that follows grids", values=NAMES)
     TIE_TRANSLATION = Dataset(
         "/tie/translation", ("area", "tie", "xyz"), "float", PER_AREA, "translation of its centre", BASIC
